@@ -1,0 +1,26 @@
+//! The vocabulary of Posefuse: coordinate frames, joints, skeletons, time, observations, tracks, calibration data.
+//!
+//! Pure data and the laws that hold for it: no I/O, no clock, no other crate of this project.
+//! Units are metres, radians and nanoseconds unless a name says otherwise. See `docs/FRAMES.md` for the axes.
+
+mod calibration;
+mod confidence;
+mod frame;
+mod joint;
+mod joint_set;
+mod observation;
+mod sensor;
+mod skeleton;
+mod time;
+mod track;
+
+pub use calibration::{Calibration, FloorSource, SensorPose};
+pub use confidence::{Confidence, ConfidenceError};
+pub use frame::{Frame, Position, Room, Sensor, Transform};
+pub use joint::{BONES, Bone, JOINT_COUNT, Joint};
+pub use joint_set::{JointSet, Mapping, RawJoint, UnknownJointSet};
+pub use observation::{Body, Observation};
+pub use sensor::{SensorId, SensorIdError, SensorInfo, SensorSet};
+pub use skeleton::{JointMap, JointState, Provenance, Skeleton};
+pub use time::{AgentTime, Clock, SensorClock, ServerClock, Time, Timestamp};
+pub use track::{RoomFrame, Track, TrackId};
