@@ -1,0 +1,94 @@
+//! Why there is no calibration, and why a calibration file is refused.
+
+use thiserror::Error;
+
+/// No calibration could be computed at all. (A bad one that could be computed is a `Failed` verdict instead.)
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum CalibrationError {
+    /// Fewer than two sensors.
+    #[error(
+        "calibration relates sensors to each other and needs two or more, found {0}; start another agent"
+    )]
+    TooFewSensors(usize),
+    /// A name occurs twice.
+    #[error("two sensors are called `{0}`; give each agent a name of its own")]
+    DuplicateSensor(String),
+    /// The root is not in the walk.
+    #[error("the root sensor `{root}` is not in this walk; its sensors are {}", list(.sensors))]
+    UnknownRoot {
+        /// The root that was asked for.
+        root: String,
+        /// The sensors there are.
+        sensors: Vec<String>,
+    },
+    /// A sensor saw nobody at all.
+    #[error(
+        "{} saw nobody during the walk; check that the sensor tracks people, point it at the walking area, or leave it out",
+        list(.sensors)
+    )]
+    NobodySeen {
+        /// The sensors that saw nobody.
+        sensors: Vec<String>,
+    },
+    /// No chain of shared views joins all sensors.
+    #[error(
+        "no shared view joins these groups of sensors: {}; walk where a sensor of one group and a sensor of another \
+         see the person at the same time, or turn sensors until their views overlap, then repeat",
+        in_brackets(.groups)
+    )]
+    Disconnected {
+        /// Sensors that could be joined, by name; two groups or more.
+        groups: Vec<Vec<String>>,
+    },
+}
+
+/// A calibration file that is not taken. The calibration in force stays in force.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum CalibrationFileError {
+    /// Not TOML, a wrong type, a missing or an unknown key.
+    #[error("this is not a calibration file of Posefuse: {0}\nmend that line, or calibrate again")]
+    Syntax(String),
+    /// A version this build does not read.
+    #[error(
+        "the calibration file has version {found}, this build reads version {expected}; calibrate again, or use the build that wrote it"
+    )]
+    Version {
+        /// The version in the file.
+        found: i64,
+        /// The version this build reads.
+        expected: i64,
+    },
+    /// A value that no sensor can have.
+    #[error(
+        "sensor `{sensor}`: {key} must be {expected}, found {found}; mend the value, or calibrate again"
+    )]
+    Value {
+        /// The sensor's name.
+        sensor: String,
+        /// The key.
+        key: &'static str,
+        /// What it must be.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// No sensor in it.
+    #[error("the calibration file names no sensor; calibrate again")]
+    Empty,
+}
+
+fn list(names: &[String]) -> String {
+    names
+        .iter()
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+fn in_brackets(groups: &[Vec<String>]) -> String {
+    groups
+        .iter()
+        .map(|names| format!("({})", list(names)))
+        .collect::<Vec<_>>()
+        .join(" and ")
+}

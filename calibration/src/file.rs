@@ -1,0 +1,208 @@
+//! The calibration file: TOML that a person can read and edit, one table per sensor.
+//!
+//! `orientation_xyzw` is the unit quaternion of the rotation part of `room_from_sensor`, `position_m` where the
+//! sensor stands in the room. Roll, pitch and yaw stand beside it as a comment and are not read.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use posefuse_skeleton::{Calibration, FloorSource, SensorPose, Transform};
+use serde::Deserialize;
+
+use crate::CalibrationFileError;
+
+/// The version this build writes and reads.
+const VERSION: i64 = 1;
+/// How far the length of a hand-edited quaternion may be from 1 (three decimals typed by hand).
+const UNIT_TOLERANCE: f64 = 2e-3;
+/// No sensor stands further than this from its room's origin, metres: beyond, somebody typed millimetres.
+const MAX_POSITION_M: f64 = 100.0;
+/// Largest time offset that a file may state, milliseconds.
+const MAX_OFFSET_MS: f64 = 10_000.0;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[allow(dead_code, reason = "read ahead of everything else, see `version_of`")]
+    version: i64,
+    #[serde(default)]
+    created: String,
+    #[serde(default)]
+    method: String,
+    floor: FloorSource,
+    #[serde(default)]
+    sensors: BTreeMap<String, Entry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    position_m: [f64; 3],
+    orientation_xyzw: [f64; 4],
+    #[serde(default)]
+    time_offset_ms: f64,
+    #[serde(default)]
+    residual_median_mm: f64,
+    #[serde(default)]
+    residual_p95_mm: f64,
+    #[serde(default)]
+    samples: u64,
+}
+
+/// The file's text. [`from_toml`] gives the same calibration back, poses to 1e-9.
+pub fn to_toml(calibration: &Calibration) -> String {
+    let mut text =
+        String::from("# Where each sensor stands: room x forward, y left, z up, metres.\n");
+    text += "# The sensor looks along its own z, its x is to the right and its y down.\n";
+    let floor = match calibration.floor {
+        FloorSource::Walk => "walk",
+        FloorSource::Manual => "manual",
+        FloorSource::Assumed => "assumed",
+    };
+    let created = quoted(&calibration.created);
+    let method = quoted(&calibration.method);
+    // Writing to a String cannot fail.
+    let _ = write!(
+        text,
+        "version = {VERSION}\ncreated = {created}\nmethod = {method}\nfloor = \"{floor}\" # walk, manual or assumed\n"
+    );
+    for (name, pose) in &calibration.sensors {
+        let _ = write_sensor(&mut text, name, pose);
+    }
+    text
+}
+
+fn write_sensor(text: &mut String, name: &str, pose: &SensorPose) -> std::fmt::Result {
+    let p = pose.room_from_sensor.origin().vector();
+    let rotation = pose.room_from_sensor.rotation();
+    let q = rotation.coords;
+    let (roll, pitch, yaw) = rotation.euler_angles();
+    write!(
+        text,
+        "\n[sensors.{}]\nposition_m = [{:.9}, {:.9}, {:.9}]\n",
+        quoted(name),
+        p.x,
+        p.y,
+        p.z
+    )?;
+    writeln!(
+        text,
+        "# roll {:.2}, pitch {:.2}, yaw {:.2} degrees",
+        roll.to_degrees(),
+        pitch.to_degrees(),
+        yaw.to_degrees()
+    )?;
+    writeln!(
+        text,
+        "orientation_xyzw = [{:.12}, {:.12}, {:.12}, {:.12}]",
+        q.x, q.y, q.z, q.w
+    )?;
+    writeln!(
+        text,
+        "time_offset_ms = {:.6} # added to its capture times",
+        pose.time_offset_ns as f64 * 1e-6
+    )?;
+    writeln!(
+        text,
+        "residual_median_mm = {:.6}\nresidual_p95_mm = {:.6}\nsamples = {}",
+        pose.residual_median_m * 1e3,
+        pose.residual_p95_m * 1e3,
+        pose.samples
+    )
+}
+
+/// A TOML basic string.
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+/// Reads what [`to_toml`] wrote or a person edited. Refuses what no sensor can have, and every unknown key.
+pub fn from_toml(text: &str) -> Result<Calibration, CalibrationFileError> {
+    let found = version_of(text)?;
+    if found != VERSION {
+        return Err(CalibrationFileError::Version {
+            found,
+            expected: VERSION,
+        });
+    }
+    let file: File = toml::from_str(text).map_err(syntax)?;
+    if file.sensors.is_empty() {
+        return Err(CalibrationFileError::Empty);
+    }
+    let sensors = file
+        .sensors
+        .into_iter()
+        .map(|(name, entry)| Ok((name.clone(), pose(&name, &entry)?)))
+        .collect::<Result<_, CalibrationFileError>>()?;
+    Ok(Calibration {
+        created: file.created,
+        method: file.method,
+        floor: file.floor,
+        sensors,
+    })
+}
+
+/// The version comes first, so that an unknown key of a newer version is not taken for a typing error.
+fn version_of(text: &str) -> Result<i64, CalibrationFileError> {
+    #[derive(Deserialize)]
+    struct Version {
+        version: i64,
+    }
+    toml::from_str(text)
+        .map(|Version { version }| version)
+        .map_err(syntax)
+}
+
+fn syntax(error: toml::de::Error) -> CalibrationFileError {
+    CalibrationFileError::Syntax(error.to_string())
+}
+
+fn pose(sensor: &str, entry: &Entry) -> Result<SensorPose, CalibrationFileError> {
+    let check = |valid: bool, key, expected, found: &dyn std::fmt::Debug| {
+        valid
+            .then_some(())
+            .ok_or_else(|| CalibrationFileError::Value {
+                sensor: sensor.to_owned(),
+                key,
+                expected,
+                found: format!("{found:?}"),
+            })
+    };
+    let position = Vector3::from(entry.position_m);
+    check(
+        position.iter().all(|c| c.abs() <= MAX_POSITION_M),
+        "position_m",
+        "three numbers in metres, each at most 100",
+        &entry.position_m,
+    )?;
+    let [x, y, z, w] = entry.orientation_xyzw;
+    let quaternion = Quaternion::new(w, x, y, z);
+    check(
+        (quaternion.norm() - 1.0).abs() <= UNIT_TOLERANCE,
+        "orientation_xyzw",
+        "a pure rotation, a quaternion x, y, z, w of length 1",
+        &entry.orientation_xyzw,
+    )?;
+    check(
+        entry.time_offset_ms.abs() <= MAX_OFFSET_MS,
+        "time_offset_ms",
+        "within 10 000 ms of 0",
+        &entry.time_offset_ms,
+    )?;
+    for (key, value) in [
+        ("residual_median_mm", entry.residual_median_mm),
+        ("residual_p95_mm", entry.residual_p95_mm),
+    ] {
+        let valid = (0.0..1e6).contains(&value);
+        check(valid, key, "a length in mm, 0 or more", &value)?;
+    }
+    let rotation = UnitQuaternion::from_quaternion(quaternion);
+    Ok(SensorPose {
+        room_from_sensor: Transform::from_parts(position, rotation),
+        time_offset_ns: (entry.time_offset_ms * 1e6).round() as i64,
+        residual_median_m: entry.residual_median_mm * 1e-3,
+        residual_p95_m: entry.residual_p95_mm * 1e-3,
+        samples: entry.samples,
+    })
+}

@@ -1,0 +1,29 @@
+//! Pure solvers that put every sensor of a room into one frame, from one person's walk.
+//!
+//! [`Collector`] gathers a [`Walk`] while it happens and says how much of the room is covered; [`solve`] turns
+//! the walk into a [`Calibration`](posefuse_skeleton::Calibration) and a [`Report`] whose verdict rests on frames
+//! the solver never used; [`to_toml`] and [`from_toml`] keep a calibration in a file that a person can read.
+//!
+//! Steps of [`solve`]: tracks and a common time grid (`tracks`), a robust start for each pair of sensors (`pair`),
+//! the best spanning tree (`graph`), refinement of all sensors at once (`refine`), floor and heading (`floor`),
+//! held-out residuals (`residual`) and the verdict (`verdict`).
+//!
+//! No I/O and no clock: strings and data in, data out. Metres, radians and nanoseconds unless a name says otherwise.
+
+mod collector;
+mod error;
+mod file;
+mod kabsch;
+mod options;
+mod report;
+mod solve;
+mod walk;
+
+pub use collector::{Collector, Coverage, SensorCoverage};
+pub use error::{CalibrationError, CalibrationFileError};
+pub use file::{from_toml, to_toml};
+pub use kabsch::{Degenerate, PointPair, RigidFit, kabsch};
+pub use options::{Options, Thresholds};
+pub use report::{FloorRow, PairRow, Reason, Report, SensorRow, Solution, Verdict};
+pub use solve::solve;
+pub use walk::{SensorWalk, Walk, WalkBody, WalkFrame, WalkJoint};
