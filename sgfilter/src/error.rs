@@ -33,7 +33,9 @@ pub enum Error {
         window: usize,
     },
     /// The derivative of a polynomial above its order is zero everywhere, so nobody wants it.
-    #[error("derivative {derivative} of a polynomial of order {order} is always zero; raise the order")]
+    #[error(
+        "derivative {derivative} of a polynomial of order {order} is always zero; raise the order"
+    )]
     Derivative {
         /// Derivative asked for.
         derivative: usize,
@@ -49,7 +51,9 @@ pub enum Error {
         window: usize,
     },
     /// The sample spacing is not a positive number, or so extreme that the weights overflow.
-    #[error("sample spacing {delta}; expected a positive number whose power of the derivative is finite")]
+    #[error(
+        "sample spacing {delta}; expected a positive number whose power of the derivative is finite"
+    )]
     Delta {
         /// Spacing given.
         delta: f64,
@@ -61,13 +65,17 @@ pub enum Error {
         max_gap_ns: i64,
     },
     /// The tolerance for regular timestamps is not a fraction of the spacing.
-    #[error("tolerance {tolerance} for regular timestamps; expected 0 to 0.5 of the sample spacing")]
+    #[error(
+        "tolerance {tolerance} for regular timestamps; expected 0 to 0.5 of the sample spacing"
+    )]
     Tolerance {
         /// Tolerance asked for, as a fraction of the spacing.
         tolerance: f64,
     },
     /// A whole signal is shorter than the window.
-    #[error("signal of {samples} samples is shorter than the window of {window}; shorten the window")]
+    #[error(
+        "signal of {samples} samples is shorter than the window of {window}; shorten the window"
+    )]
     TooShort {
         /// Length of the signal.
         samples: usize,
@@ -75,7 +83,9 @@ pub enum Error {
         window: usize,
     },
     /// A value is NaN or infinite.
-    #[error("component {component} of the sample at {at} is {value}; expected a finite number; leave the sample out")]
+    #[error(
+        "component {component} of the sample at {at} is {value}; expected a finite number; leave the sample out"
+    )]
     NotFinite {
         /// Time of the sample in nanoseconds, or its index in a whole signal.
         at: i64,

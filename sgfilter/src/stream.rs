@@ -55,7 +55,7 @@ pub(crate) struct State<const D: usize> {
 /// A Savitzky-Golay filter over a stream of samples with `D` components.
 ///
 /// Every sample that is pushed comes out once, in order, [`look_ahead`](Self::look_ahead) pushes
-/// later, with its own capture time. The first ones are fitted with as many samples as there are,
+/// later (sooner if a gap follows soon after the start), with its own capture time. The first ones are fitted with as many samples as there are,
 /// and with a lower polynomial order where these are too few; [`Sample::samples`] and
 /// [`Sample::order`] say so. Only a derivative that is above that order has no value, and such a
 /// sample is not given.

@@ -1,4 +1,5 @@
 //! The state of a stream is saved and restored bit-exactly, and nonsense is refused.
+#![allow(clippy::unwrap_used)]
 
 use sgfilter::{Spec, Stream};
 
@@ -61,8 +62,16 @@ fn a_state_that_cannot_be_is_refused() {
         ("\"order\":1", "\"order\":3", "needs a window of at least 4"),
         ("\"window\":3", "\"window\":1", "expected 2 to 255"),
         ("\"window\":3", "\"widow\":3", "unknown field `widow`"),
-        ("\"regular_tolerance\":0.0001", "\"regular_tolerance\":-1", "tolerance -1"),
-        ("\"max_gap_ns\":null", "\"max_gap_ns\":0", "longest gap of 0 ns"),
+        (
+            "\"regular_tolerance\":0.0001",
+            "\"regular_tolerance\":-1",
+            "tolerance -1",
+        ),
+        (
+            "\"max_gap_ns\":null",
+            "\"max_gap_ns\":0",
+            "longest gap of 0 ns",
+        ),
         ("[0.5]", "[0.5,0.5]", "trailing"),
         ("[0.5]", "[]", "1 numbers"),
         (
