@@ -2,8 +2,9 @@
 //!
 //! One table per set. Where a tracker's joint is not the same anatomical point as the canonical one, the
 //! table says how it differs; calibration learns the offset. Left and right are the person's own throughout.
-//! Names and orders: Kinect for Windows SDK 1.8 and 2.0 (`JointType`), NiTE 2.2 (`JointType`), Nuitrack
-//! (`JointType` without the doubled collar), Azure Kinect Body Tracking (`k4abt_joint_id_t`), MediaPipe Pose.
+//! The tables are in `tables.rs`.
+
+mod tables;
 
 use std::fmt;
 use std::str::FromStr;
@@ -59,22 +60,6 @@ pub struct Mapping {
     pub difference: Option<&'static str>,
 }
 
-const fn same(joint: Joint, from: &'static [usize]) -> Mapping {
-    Mapping {
-        joint,
-        from,
-        difference: None,
-    }
-}
-
-const fn differs(joint: Joint, from: &'static [usize], difference: &'static str) -> Mapping {
-    Mapping {
-        joint,
-        from,
-        difference: Some(difference),
-    }
-}
-
 impl JointSet {
     /// Every joint set.
     pub const ALL: [Self; 6] = [
@@ -101,12 +86,12 @@ impl JointSet {
     /// The tracker's joints, in the order its frames carry them.
     pub fn joint_names(self) -> &'static [&'static str] {
         match self {
-            Self::KinectV2 => &KINECT_V2_NAMES,
-            Self::KinectV1 => &KINECT_V1_NAMES,
-            Self::Nite => &NITE_NAMES,
-            Self::Nuitrack => &NUITRACK_NAMES,
-            Self::AzureKinect => &AZURE_NAMES,
-            Self::BlazePose => &BLAZE_NAMES,
+            Self::KinectV2 => &tables::KINECT_V2_NAMES,
+            Self::KinectV1 => &tables::KINECT_V1_NAMES,
+            Self::Nite => &tables::NITE_NAMES,
+            Self::Nuitrack => &tables::NUITRACK_NAMES,
+            Self::AzureKinect => &tables::AZURE_NAMES,
+            Self::BlazePose => &tables::BLAZE_NAMES,
         }
     }
 
@@ -118,12 +103,12 @@ impl JointSet {
     /// How each canonical joint that this set can give is made.
     pub fn mappings(self) -> &'static [Mapping] {
         match self {
-            Self::KinectV2 => &KINECT_V2,
-            Self::KinectV1 => &KINECT_V1,
-            Self::Nite => &NITE,
-            Self::Nuitrack => &NUITRACK,
-            Self::AzureKinect => &AZURE,
-            Self::BlazePose => &BLAZE,
+            Self::KinectV2 => &tables::KINECT_V2,
+            Self::KinectV1 => &tables::KINECT_V1,
+            Self::Nite => &tables::NITE,
+            Self::Nuitrack => &tables::NUITRACK,
+            Self::AzureKinect => &tables::AZURE,
+            Self::BlazePose => &tables::BLAZE,
         }
     }
 
@@ -171,360 +156,6 @@ impl FromStr for JointSet {
     }
 }
 
-use Joint::*;
-
-const KINECT_V2_NAMES: [&str; 25] = [
-    "SpineBase",
-    "SpineMid",
-    "Neck",
-    "Head",
-    "ShoulderLeft",
-    "ElbowLeft",
-    "WristLeft",
-    "HandLeft",
-    "ShoulderRight",
-    "ElbowRight",
-    "WristRight",
-    "HandRight",
-    "HipLeft",
-    "KneeLeft",
-    "AnkleLeft",
-    "FootLeft",
-    "HipRight",
-    "KneeRight",
-    "AnkleRight",
-    "FootRight",
-    "SpineShoulder",
-    "HandTipLeft",
-    "ThumbLeft",
-    "HandTipRight",
-    "ThumbRight",
-];
-
-const KINECT_V2: [Mapping; 25] = [
-    same(SpineBase, &[0]),
-    same(SpineMid, &[1]),
-    same(Neck, &[2]),
-    same(Head, &[3]),
-    same(ShoulderLeft, &[4]),
-    same(ElbowLeft, &[5]),
-    same(WristLeft, &[6]),
-    same(HandLeft, &[7]),
-    same(ShoulderRight, &[8]),
-    same(ElbowRight, &[9]),
-    same(WristRight, &[10]),
-    same(HandRight, &[11]),
-    same(HipLeft, &[12]),
-    same(KneeLeft, &[13]),
-    same(AnkleLeft, &[14]),
-    same(FootLeft, &[15]),
-    same(HipRight, &[16]),
-    same(KneeRight, &[17]),
-    same(AnkleRight, &[18]),
-    same(FootRight, &[19]),
-    same(SpineShoulder, &[20]),
-    same(HandTipLeft, &[21]),
-    same(ThumbLeft, &[22]),
-    same(HandTipRight, &[23]),
-    same(ThumbRight, &[24]),
-];
-
-const KINECT_V1_NAMES: [&str; 20] = [
-    "HipCenter",
-    "Spine",
-    "ShoulderCenter",
-    "Head",
-    "ShoulderLeft",
-    "ElbowLeft",
-    "WristLeft",
-    "HandLeft",
-    "ShoulderRight",
-    "ElbowRight",
-    "WristRight",
-    "HandRight",
-    "HipLeft",
-    "KneeLeft",
-    "AnkleLeft",
-    "FootLeft",
-    "HipRight",
-    "KneeRight",
-    "AnkleRight",
-    "FootRight",
-];
-
-const KINECT_V1: [Mapping; 20] = [
-    differs(
-        SpineBase,
-        &[0],
-        "HipCenter lies above the line between the hips",
-    ),
-    differs(SpineMid, &[1], "Spine lies lower, just above the pelvis"),
-    same(SpineShoulder, &[2]),
-    same(Head, &[3]),
-    same(ShoulderLeft, &[4]),
-    same(ElbowLeft, &[5]),
-    same(WristLeft, &[6]),
-    same(HandLeft, &[7]),
-    same(ShoulderRight, &[8]),
-    same(ElbowRight, &[9]),
-    same(WristRight, &[10]),
-    same(HandRight, &[11]),
-    differs(HipLeft, &[12], "hips lie closer together and higher"),
-    same(KneeLeft, &[13]),
-    same(AnkleLeft, &[14]),
-    same(FootLeft, &[15]),
-    differs(HipRight, &[16], "hips lie closer together and higher"),
-    same(KneeRight, &[17]),
-    same(AnkleRight, &[18]),
-    same(FootRight, &[19]),
-];
-
-const NITE_NAMES: [&str; 15] = [
-    "Head",
-    "Neck",
-    "LeftShoulder",
-    "RightShoulder",
-    "LeftElbow",
-    "RightElbow",
-    "LeftHand",
-    "RightHand",
-    "Torso",
-    "LeftHip",
-    "RightHip",
-    "LeftKnee",
-    "RightKnee",
-    "LeftFoot",
-    "RightFoot",
-];
-
-const NITE: [Mapping; 16] = [
-    same(Head, &[0]),
-    differs(
-        SpineShoulder,
-        &[1],
-        "NiTE's neck is the middle of the shoulder line",
-    ),
-    same(ShoulderLeft, &[2]),
-    same(ShoulderRight, &[3]),
-    same(ElbowLeft, &[4]),
-    same(ElbowRight, &[5]),
-    same(HandLeft, &[6]),
-    same(HandRight, &[7]),
-    differs(
-        SpineMid,
-        &[8],
-        "NiTE's torso is the centre of the trunk, some centimetres in front of the spine",
-    ),
-    differs(
-        SpineBase,
-        &[9, 10],
-        "the middle of the hips, below Kinect v2's pelvis joint",
-    ),
-    differs(HipLeft, &[9], "NiTE's hips lie lower, at the leg's root"),
-    differs(HipRight, &[10], "NiTE's hips lie lower, at the leg's root"),
-    same(KneeLeft, &[11]),
-    same(KneeRight, &[12]),
-    differs(AnkleLeft, &[13], "NiTE's foot lies between ankle and toes"),
-    differs(AnkleRight, &[14], "NiTE's foot lies between ankle and toes"),
-];
-
-const NUITRACK_NAMES: [&str; 19] = [
-    "Head",
-    "Neck",
-    "Torso",
-    "Waist",
-    "Collar",
-    "LeftShoulder",
-    "LeftElbow",
-    "LeftWrist",
-    "LeftHand",
-    "RightShoulder",
-    "RightElbow",
-    "RightWrist",
-    "RightHand",
-    "LeftHip",
-    "LeftKnee",
-    "LeftAnkle",
-    "RightHip",
-    "RightKnee",
-    "RightAnkle",
-];
-
-const NUITRACK: [Mapping; 19] = [
-    same(Head, &[0]),
-    same(Neck, &[1]),
-    differs(
-        SpineMid,
-        &[2],
-        "Nuitrack's torso lies higher, at the breastbone's end",
-    ),
-    differs(SpineBase, &[3], "Nuitrack's waist lies above the pelvis"),
-    differs(
-        SpineShoulder,
-        &[4],
-        "the collar joint lies in front of the spine",
-    ),
-    same(ShoulderLeft, &[5]),
-    same(ElbowLeft, &[6]),
-    same(WristLeft, &[7]),
-    same(HandLeft, &[8]),
-    same(ShoulderRight, &[9]),
-    same(ElbowRight, &[10]),
-    same(WristRight, &[11]),
-    same(HandRight, &[12]),
-    same(HipLeft, &[13]),
-    same(KneeLeft, &[14]),
-    same(AnkleLeft, &[15]),
-    same(HipRight, &[16]),
-    same(KneeRight, &[17]),
-    same(AnkleRight, &[18]),
-];
-
-const AZURE_NAMES: [&str; 32] = [
-    "Pelvis",
-    "SpineNavel",
-    "SpineChest",
-    "Neck",
-    "ClavicleLeft",
-    "ShoulderLeft",
-    "ElbowLeft",
-    "WristLeft",
-    "HandLeft",
-    "HandTipLeft",
-    "ThumbLeft",
-    "ClavicleRight",
-    "ShoulderRight",
-    "ElbowRight",
-    "WristRight",
-    "HandRight",
-    "HandTipRight",
-    "ThumbRight",
-    "HipLeft",
-    "KneeLeft",
-    "AnkleLeft",
-    "FootLeft",
-    "HipRight",
-    "KneeRight",
-    "AnkleRight",
-    "FootRight",
-    "Head",
-    "Nose",
-    "EyeLeft",
-    "EarLeft",
-    "EyeRight",
-    "EarRight",
-];
-
-const AZURE: [Mapping; 25] = [
-    differs(
-        SpineBase,
-        &[0],
-        "Azure's pelvis lies inside the body, a few centimetres behind",
-    ),
-    differs(SpineMid, &[1], "SpineNavel lies lower"),
-    differs(
-        SpineShoulder,
-        &[4, 11],
-        "the middle of the clavicles' inner ends, below Kinect v2's SpineShoulder",
-    ),
-    same(Neck, &[3]),
-    differs(
-        Head,
-        &[26],
-        "Azure's head is the skull's base, Kinect v2's its middle",
-    ),
-    same(ShoulderLeft, &[5]),
-    same(ElbowLeft, &[6]),
-    same(WristLeft, &[7]),
-    same(HandLeft, &[8]),
-    same(HandTipLeft, &[9]),
-    same(ThumbLeft, &[10]),
-    same(ShoulderRight, &[12]),
-    same(ElbowRight, &[13]),
-    same(WristRight, &[14]),
-    same(HandRight, &[15]),
-    same(HandTipRight, &[16]),
-    same(ThumbRight, &[17]),
-    same(HipLeft, &[18]),
-    same(KneeLeft, &[19]),
-    same(AnkleLeft, &[20]),
-    same(FootLeft, &[21]),
-    same(HipRight, &[22]),
-    same(KneeRight, &[23]),
-    same(AnkleRight, &[24]),
-    same(FootRight, &[25]),
-];
-
-const BLAZE_NAMES: [&str; 33] = [
-    "nose",
-    "left_eye_inner",
-    "left_eye",
-    "left_eye_outer",
-    "right_eye_inner",
-    "right_eye",
-    "right_eye_outer",
-    "left_ear",
-    "right_ear",
-    "mouth_left",
-    "mouth_right",
-    "left_shoulder",
-    "right_shoulder",
-    "left_elbow",
-    "right_elbow",
-    "left_wrist",
-    "right_wrist",
-    "left_pinky",
-    "right_pinky",
-    "left_index",
-    "right_index",
-    "left_thumb",
-    "right_thumb",
-    "left_hip",
-    "right_hip",
-    "left_knee",
-    "right_knee",
-    "left_ankle",
-    "right_ankle",
-    "left_heel",
-    "right_heel",
-    "left_foot_index",
-    "right_foot_index",
-];
-
-const BLAZE: [Mapping; 23] = [
-    differs(SpineBase, &[23, 24], "the middle of the hips"),
-    differs(SpineShoulder, &[11, 12], "the middle of the shoulders"),
-    differs(Head, &[7, 8], "the middle of the ears"),
-    same(ShoulderLeft, &[11]),
-    same(ShoulderRight, &[12]),
-    same(ElbowLeft, &[13]),
-    same(ElbowRight, &[14]),
-    same(WristLeft, &[15]),
-    same(WristRight, &[16]),
-    differs(
-        HandLeft,
-        &[17, 19],
-        "the middle of the little and index knuckles",
-    ),
-    differs(
-        HandRight,
-        &[18, 20],
-        "the middle of the little and index knuckles",
-    ),
-    differs(HandTipLeft, &[19], "the index knuckle, not the tip"),
-    differs(HandTipRight, &[20], "the index knuckle, not the tip"),
-    differs(ThumbLeft, &[21], "the thumb's knuckle, not its tip"),
-    differs(ThumbRight, &[22], "the thumb's knuckle, not its tip"),
-    same(HipLeft, &[23]),
-    same(HipRight, &[24]),
-    same(KneeLeft, &[25]),
-    same(KneeRight, &[26]),
-    same(AnkleLeft, &[27]),
-    same(AnkleRight, &[28]),
-    same(FootLeft, &[31]),
-    same(FootRight, &[32]),
-];
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -545,7 +176,7 @@ mod tests {
                 assert!(!mapping.from.is_empty() && mapping.from.iter().all(|&i| i < count));
                 seen.push(mapping.joint);
             }
-            assert!(seen.contains(&SpineBase), "{set} has no pelvis");
+            assert!(seen.contains(&Joint::SpineBase), "{set} has no pelvis");
         }
     }
 
@@ -582,9 +213,12 @@ mod tests {
             })
         };
         raw[23] = at(0.0, 0.9);
-        assert_eq!(JointSet::BlazePose.to_canonical(&raw)[SpineBase], None);
+        assert_eq!(
+            JointSet::BlazePose.to_canonical(&raw)[Joint::SpineBase],
+            None
+        );
         raw[24] = at(0.2, 0.4);
-        let base = JointSet::BlazePose.to_canonical(&raw)[SpineBase].unwrap();
+        let base = JointSet::BlazePose.to_canonical(&raw)[Joint::SpineBase].unwrap();
         assert!((base.position.vector().x - 0.1).abs() < 1e-12 && base.confidence.get() == 0.4);
     }
 }

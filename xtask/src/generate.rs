@@ -18,7 +18,8 @@ const SOURCES: [&str; 4] = [
 /// Writes (or with `check` compares) `proto/src/generated`.
 pub(crate) fn run(root: &Path, check: bool) -> Result<()> {
     let proto = root.join("proto");
-    let descriptors = protox::compile(SOURCES, [&proto]).context("the .proto files do not compile")?;
+    let descriptors =
+        protox::compile(SOURCES, [&proto]).context("the .proto files do not compile")?;
     let fresh = tempdir()?;
     fs::write(fresh.join("descriptors.bin"), descriptors.encode_to_vec())?;
     tonic_prost_build::configure()
@@ -33,7 +34,10 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<()> {
             fs::create_dir_all(&target)?;
             fs::write(&place, &made)?;
         } else if fs::read(&place).ok().as_deref() != Some(&made) {
-            bail!("{} is not what the .proto files give; run `cargo xtask generate` and commit it", place.display());
+            bail!(
+                "{} is not what the .proto files give; run `cargo xtask generate` and commit it",
+                place.display()
+            );
         }
     }
     fs::remove_dir_all(fresh)?;
