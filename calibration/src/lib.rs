@@ -13,10 +13,19 @@
 mod collector;
 mod error;
 mod file;
+mod floor;
+mod graph;
 mod kabsch;
+mod matching;
 mod options;
+mod pair;
+mod refine;
 mod report;
+mod residual;
 mod solve;
+mod stats;
+mod tracks;
+mod verdict;
 mod walk;
 
 pub use collector::{Collector, Coverage, SensorCoverage};

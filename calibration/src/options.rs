@@ -13,6 +13,8 @@ pub struct Options {
     pub root: Option<String>,
     /// Whether to estimate a residual time offset per sensor.
     pub time_offsets: bool,
+    /// Whether to estimate how far trackers report joints towards their own sensor (some 15 mm, the skin).
+    pub ray_bias: bool,
     /// Largest residual time offset that is searched, seconds.
     pub max_time_offset_s: f64,
     /// Spacing of the instants at which sensors are compared, seconds.
@@ -29,6 +31,7 @@ impl Default for Options {
             created: String::new(),
             root: None,
             time_offsets: true,
+            ray_bias: true,
             max_time_offset_s: 0.15,
             sample_spacing_s: 0.1,
             held_out_every: 5,
