@@ -1,0 +1,332 @@
+//! Makes the scripts of several people together: they walk about one area, cross, meet, and keep off each other.
+//!
+//! People are planned piece by piece in order of time. Whoever is planned next sees what the others have planned
+//! so far and takes them to stand still after that; each of them, when planned on, sees this one's piece in turn.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Vector2;
+
+use super::action::Action;
+use super::curve::unwrapped;
+use super::route::Route;
+use super::script::{Plan, SETTLING};
+use super::steps::Place;
+use crate::random::{Purpose, Stream};
+
+/// How close two bodies' middles may come on their ways, metres. A hug is the exception.
+pub(crate) const CLEARANCE_M: f64 = 0.62;
+
+/// Distance between the pelvises of two people who hug, metres.
+const HUG_GAP_M: f64 = 0.36;
+
+/// Distance from which they step up to each other, metres.
+const MEETING_GAP_M: f64 = 1.0;
+
+/// The plans of `people` over one round of roughly `seconds`, inside a square of `area` metres around the origin.
+/// All plans end at the same time, each where it began.
+pub(crate) fn choreograph(
+    seed: u64,
+    people: usize,
+    area: f64,
+    hugs: bool,
+    seconds: f64,
+) -> Vec<Plan> {
+    let mut stream = Stream::new(seed, Purpose::Script, &[people as u64]);
+    let turn = stream.between(0.0, TAU);
+    let radius = if people == 1 { 0.2 * area } else { 0.36 * area };
+    let home = |person: usize| {
+        let angle = turn + TAU * person as f64 / people as f64;
+        Place {
+            at: Vector2::new(angle.cos(), angle.sin()) * radius,
+            heading: angle + PI,
+        }
+    };
+    let mut stage = Stage {
+        plans: (0..people)
+            .map(|person| Plan::starting_at(home(person)))
+            .collect(),
+        decks: vec![Vec::new(); people],
+        half: 0.5 * area - 0.1,
+        hugs: hugs && people > 1,
+        since_hug: 0.0,
+        stream,
+    };
+    for plan in &mut stage.plans {
+        plan.act(Action::Stand, 1.0);
+    }
+    while let Some(person) = stage.next_before(seconds - 12.0) {
+        stage.plan_on(person);
+    }
+    stage.all_go_home();
+    stage.plans
+}
+
+struct Stage {
+    plans: Vec<Plan>,
+    decks: Vec<Vec<Action>>,
+    half: f64,
+    hugs: bool,
+    since_hug: f64,
+    stream: Stream,
+}
+
+impl Stage {
+    /// Whose plan ends first, if it ends before `time`.
+    fn next_before(&self, time: f64) -> Option<usize> {
+        (0..self.plans.len())
+            .min_by(|&a, &b| self.plans[a].now().total_cmp(&self.plans[b].now()))
+            .filter(|&first| self.plans[first].now() < time)
+    }
+
+    fn plan_on(&mut self, person: usize) {
+        let now = self.plans[person].now();
+        if self.hugs && now - self.since_hug > 18.0 {
+            self.since_hug = now;
+            let other = (person + 1 + self.stream.below(self.plans.len() - 1)) % self.plans.len();
+            if self.hug(person, other) {
+                return;
+            }
+        }
+        if !self.walk_about(person) {
+            self.plans[person].act(Action::Stand, 0.7);
+        }
+        if self.stream.chance(0.75) {
+            self.do_something(person);
+        }
+    }
+
+    /// The next action of the person's deck, which is shuffled anew when it is empty: everything comes up.
+    fn do_something(&mut self, person: usize) {
+        if self.decks[person].is_empty() {
+            let mut deck = Action::ON_THE_SPOT.to_vec();
+            for last in (1..deck.len()).rev() {
+                deck.swap(last, self.stream.below(last + 1));
+            }
+            self.decks[person] = deck;
+        }
+        let Some(action) = self.decks[person].pop() else {
+            return;
+        };
+        let (shortest, longest) = action.durations();
+        let duration = self.stream.between(shortest, longest);
+        let plan = &self.plans[person];
+        let middle = plan.here.shifted(action.reach_ahead(), 0.0).at;
+        let at = |_: f64| middle;
+        if self.clearance(person, &[], plan.now(), duration, &at) >= CLEARANCE_M {
+            self.plans[person].act(action, duration);
+        } else {
+            self.decks[person].insert(0, action);
+        }
+    }
+
+    /// A walk by a few random corners; half of the time the one that passes closest to somebody.
+    fn walk_about(&mut self, person: usize) -> bool {
+        let (here, now) = (self.plans[person].here, self.plans[person].now());
+        let mut found: Vec<(f64, Vec<Route>)> = Vec::new();
+        for _ in 0..60 {
+            let corners: Vec<Vector2<f64>> = (0..1 + self.stream.below(4))
+                .map(|_| self.somewhere())
+                .collect();
+            let speed = self.stream.between(0.65, 1.0);
+            if let Some(routes) = ways(here, &corners, speed) {
+                let clearance = self.clearance_of(person, &[], now, &routes);
+                if clearance >= CLEARANCE_M {
+                    found.push((clearance, routes));
+                }
+            }
+            if found.len() == 8 {
+                break;
+            }
+        }
+        if self.stream.chance(0.5) {
+            found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let Some((_, routes)) = found.into_iter().next() else {
+            return false;
+        };
+        routes
+            .into_iter()
+            .for_each(|route| self.plans[person].go(route));
+        true
+    }
+
+    fn somewhere(&mut self) -> Vector2<f64> {
+        let half = self.half;
+        Vector2::new(
+            self.stream.between(-half, half),
+            self.stream.between(-half, half),
+        )
+    }
+
+    /// The two walk up to each other, hug, and step back.
+    fn hug(&mut self, a: usize, b: usize) -> bool {
+        for _ in 0..30 {
+            let centre = self.somewhere() * 0.55;
+            let axis = self.stream.between(0.0, TAU);
+            let towards = |heading: f64| {
+                Place {
+                    at: centre,
+                    heading,
+                }
+                .shifted(-0.5 * MEETING_GAP_M, 0.0)
+            };
+            let before = [self.plans[a].clone(), self.plans[b].clone()];
+            let start = before[0].now().max(before[1].now());
+            if self.go_to(a, towards(axis), CLEARANCE_M)
+                && self.go_to(b, towards(axis + PI), CLEARANCE_M)
+            {
+                let meet = self.plans[a].now().max(self.plans[b].now()).max(start);
+                let (shortest, longest) = Action::Hug(0).durations();
+                let duration = self.stream.between(shortest, longest);
+                if self.clearance(a, &[b], meet, duration + 6.0, &|_| centre) >= 1.1 {
+                    self.embrace([(a, b), (b, a)], meet, duration);
+                    return true;
+                }
+            }
+            [self.plans[a], self.plans[b]] = before;
+        }
+        false
+    }
+
+    fn embrace(&mut self, pairs: [(usize, usize); 2], meet: f64, duration: f64) {
+        let step = 0.5 * (MEETING_GAP_M - HUG_GAP_M);
+        for (person, other) in pairs {
+            let plan = &mut self.plans[person];
+            plan.wait_until(meet);
+            plan.go(Route::Shuffle {
+                from: plan.here,
+                by: step,
+            });
+            plan.act(Action::Hug(other), duration);
+            plan.go(Route::Shuffle {
+                from: plan.here,
+                by: -step,
+            });
+        }
+    }
+
+    /// Straight to `goal`, in its heading at the end, if nobody comes closer than `clearance`.
+    fn go_to(&mut self, person: usize, goal: Place, clearance: f64) -> bool {
+        let (here, now) = (self.plans[person].here, self.plans[person].now());
+        let mut routes = Vec::new();
+        if (goal.at - here.at).norm() > 0.15 {
+            let middle = (here.at + goal.at) * 0.5;
+            let Some(way) = ways(here, &[middle, goal.at], 0.85) else {
+                return false;
+            };
+            routes = way;
+        } else if goal.at != here.at {
+            return false;
+        }
+        let arrived = routes.last().map_or(here, Route::end);
+        let by = unwrapped(goal.heading, arrived.heading) - arrived.heading;
+        if by.abs() > 1e-9 {
+            routes.push(Route::Turn { from: arrived, by });
+        }
+        let free = self.clearance_of(person, &[], now, &routes) >= clearance;
+        if free {
+            routes
+                .into_iter()
+                .for_each(|route| self.plans[person].go(route));
+        }
+        free
+    }
+
+    /// Everybody goes back to where they began; who is in the way is waited for or moved on.
+    fn all_go_home(&mut self) {
+        const PATIENCE: usize = 40;
+        for round in 0..=PATIENCE {
+            // In the last round nobody minds anybody.
+            let clearance = if round == PATIENCE { 0.0 } else { CLEARANCE_M };
+            let mut away = 0;
+            for person in 0..self.plans.len() {
+                let home = self.plans[person].home();
+                let here = self.plans[person].here;
+                let facing = (unwrapped(home.heading, here.heading) - here.heading).abs() < 1e-9;
+                if (home.at == here.at && facing) || self.go_to(person, home, clearance) {
+                    continue;
+                }
+                away += 1;
+                if round == PATIENCE
+                    || (home.at - here.at).norm() <= 0.15
+                    || !self.walk_about(person)
+                {
+                    self.plans[person].act(Action::Stand, 0.7);
+                }
+            }
+            if away == 0 {
+                break;
+            }
+        }
+        // A whole number of samples, so that the round closes.
+        let end = self.plans.iter().map(Plan::now).fold(0.0, f64::max) + 1.0;
+        let end = (end / super::person::STEP_S).ceil() * super::person::STEP_S;
+        self.plans.iter_mut().for_each(|plan| plan.wait_until(end));
+    }
+
+    fn clearance_of(&self, person: usize, exempt: &[usize], start: f64, routes: &[Route]) -> f64 {
+        let mut closest = f64::INFINITY;
+        let mut time = start;
+        for route in routes {
+            let duration = route.duration() + SETTLING;
+            let at = |after: f64| route.at(after.min(route.duration())).at;
+            closest = closest.min(self.clearance(person, exempt, time, duration, &at));
+            time += duration;
+        }
+        // Where it ends is where the person will be for a while.
+        let end = routes.last().map_or(self.plans[person].here, Route::end).at;
+        closest.min(self.clearance(person, exempt, time, 30.0, &|_| end))
+    }
+
+    /// The least distance between somebody at `at(seconds since start)` and anybody else.
+    fn clearance(
+        &self,
+        person: usize,
+        exempt: &[usize],
+        start: f64,
+        duration: f64,
+        at: &dyn Fn(f64) -> Vector2<f64>,
+    ) -> f64 {
+        let mut closest = f64::INFINITY;
+        let others = self.plans.iter().enumerate();
+        for (_, plan) in others.filter(|(i, _)| *i != person && !exempt.contains(i)) {
+            // Nobody moves after the end of their plan, so that one look is enough there.
+            let last = duration.min((plan.now() - start).max(0.0));
+            let mut after = 0.0;
+            while after < last {
+                closest = closest.min((at(after) - plan.middle(start + after)).norm());
+                after += 0.15;
+            }
+            let mut after = last;
+            while after <= duration {
+                closest = closest.min((at(after) - plan.here.at).norm());
+                after += 0.3;
+            }
+        }
+        closest
+    }
+}
+
+/// Turning towards the first corner where needed, then walking. `None` if the way is too tight.
+fn ways(here: Place, corners: &[Vector2<f64>], speed: f64) -> Option<Vec<Route>> {
+    let mut routes = Vec::new();
+    let mut from = here;
+    let mut last = here.at;
+    for corner in corners {
+        if (corner - last).norm() < 0.45 {
+            return (corners.len() == 2 && (corners[1] - here.at).norm() < 0.9)
+                .then(|| ways(here, &corners[1..], speed))
+                .flatten();
+        }
+        last = *corner;
+    }
+    let first = corners.first()? - here.at;
+    let by = unwrapped(first.y.atan2(first.x), here.heading) - here.heading;
+    if by.abs() > 0.5 {
+        routes.push(Route::Turn { from, by });
+        from = routes[0].end();
+    }
+    routes.push(Route::walk(from, corners, speed)?);
+    Some(routes)
+}

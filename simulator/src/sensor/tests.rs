@@ -1,0 +1,1 @@
+//! Each error source does what its number says, and nothing else.
