@@ -78,6 +78,8 @@ fn write_sensor(text: &mut String, name: &str, pose: &SensorPose) -> std::fmt::R
     let rotation = pose.room_from_sensor.rotation();
     let q = rotation.coords;
     let (roll, pitch, yaw) = rotation.euler_angles();
+    // Adding zero makes -0 plain.
+    let [roll, pitch, yaw] = [roll, pitch, yaw].map(|angle| angle.to_degrees() + 0.0);
     write!(
         text,
         "\n[sensors.{}]\nposition_m = [{:.9}, {:.9}, {:.9}]\n",
@@ -89,9 +91,7 @@ fn write_sensor(text: &mut String, name: &str, pose: &SensorPose) -> std::fmt::R
     writeln!(
         text,
         "# roll {:.2}, pitch {:.2}, yaw {:.2} degrees",
-        roll.to_degrees(),
-        pitch.to_degrees(),
-        yaw.to_degrees()
+        roll, pitch, yaw
     )?;
     writeln!(
         text,
@@ -112,9 +112,18 @@ fn write_sensor(text: &mut String, name: &str, pose: &SensorPose) -> std::fmt::R
     )
 }
 
-/// A TOML basic string.
+/// A TOML basic string: the one form that may also be a key, whatever is in it.
 fn quoted(text: &str) -> String {
-    toml::Value::String(text.to_owned()).to_string()
+    let mut quoted = String::from('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => quoted += &format!("\\u{:04X}", u32::from(c)),
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
 }
 
 /// Reads what [`to_toml`] wrote or a person edited. Refuses what no sensor can have, and every unknown key.

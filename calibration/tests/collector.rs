@@ -1,0 +1,121 @@
+//! The collector: bounded, and honest about what has been seen.
+
+mod common;
+
+use common::{Errors, Scene};
+use nalgebra::Matrix3;
+use posefuse_calibration::{Collector, Options, Verdict, solve};
+use posefuse_skeleton::{Body, JointState, Provenance, SensorId, SensorSet, Timestamp};
+
+fn id(index: usize) -> SensorId {
+    SensorId::new(index).unwrap()
+}
+
+fn names(count: usize) -> Vec<(SensorId, String)> {
+    (0..count).map(|i| (id(i), format!("s{i}"))).collect()
+}
+
+/// The scene's frames as a server would take them in: (sensor, time, bodies) in order of time.
+fn stream(scene: &Scene) -> Vec<(SensorId, Timestamp, Vec<Body>)> {
+    let mut stream = Vec::new();
+    for (index, sensor) in scene.record().0.sensors.iter().enumerate() {
+        for frame in &sensor.frames {
+            let bodies = frame.bodies.iter().map(|body| Body {
+                tracking_id: body.tracking_id,
+                skeleton: body.joints.map(|_, joint| JointState {
+                    position: joint.position,
+                    covariance: Matrix3::identity() * 1e-4,
+                    confidence: joint.confidence,
+                    provenance: Provenance::Measured(SensorSet::only(id(index))),
+                }),
+                orientations: None,
+            });
+            stream.push((id(index), frame.time, bodies.collect()));
+        }
+    }
+    stream.sort_by_key(|(_, time, _)| *time);
+    stream
+}
+
+#[test]
+fn a_walk_is_gathered_until_it_suffices() {
+    let scene = Scene::ring(3, 30.0, Errors::USUAL, 21);
+    let mut collector = Collector::new(names(3));
+    let mut last = 0.0;
+    for (sensor, time, bodies) in stream(&scene) {
+        collector.add(sensor, time, &bodies);
+        let share = collector.coverage().share;
+        assert!(share >= last, "coverage went back from {last} to {share}");
+        last = share;
+    }
+    let coverage = collector.coverage();
+    assert_eq!(coverage.share, 1.0, "{coverage:?}");
+    assert_eq!(coverage.hint, "");
+    for sensor in &coverage.sensors {
+        assert!(
+            (29.0..30.1).contains(&sensor.seconds_with_body),
+            "{sensor:?}"
+        );
+        assert_eq!(sensor.shared_frames.len(), 2);
+    }
+    let solution = solve(&collector.walk(), &Options::default()).unwrap();
+    assert_eq!(solution.report.verdict, Verdict::Passed);
+    assert_eq!(
+        solution,
+        solve(&scene.record().0, &Options::default()).unwrap()
+    );
+}
+
+#[test]
+fn hints_say_what_is_missing() {
+    let mut collector = Collector::new(names(2));
+    assert!(collector.coverage().hint.contains("start its agent"));
+    let frames = stream(&Scene::ring(2, 3.0, Errors::USUAL, 22));
+    for (sensor, time, _) in &frames {
+        collector.add(*sensor, *time, &[]);
+    }
+    assert!(collector.coverage().hint.contains("seen nobody"));
+    for (sensor, time, bodies) in &frames {
+        let apart = time.plus_ns(if *sensor == id(0) {
+            10_000_000_000
+        } else {
+            20_000_000_000
+        });
+        collector.add(*sensor, apart, bodies);
+    }
+    assert!(
+        collector.coverage().hint.contains("at the same time"),
+        "{:?}",
+        collector.coverage()
+    );
+    for (sensor, time, bodies) in &frames {
+        collector.add(*sensor, time.plus_ns(40_000_000_000), bodies);
+    }
+    let coverage = collector.coverage();
+    assert!(
+        coverage.hint.contains("walk about") && coverage.share < 0.5,
+        "{coverage:?}"
+    );
+}
+
+#[test]
+fn memory_is_bounded_and_strangers_are_left_aside() {
+    let mut collector = Collector::with_limit(names(2), 100);
+    let frames = stream(&Scene::ring(2, 10.0, Errors::NONE, 23));
+    for (sensor, time, bodies) in &frames {
+        let crowd: Vec<Body> = bodies.iter().cycle().take(40).cloned().collect();
+        collector.add(*sensor, *time, &crowd);
+        collector.add(id(9), *time, bodies);
+    }
+    let walk = collector.walk();
+    assert_eq!(walk.sensors.len(), 2);
+    for sensor in &walk.sensors {
+        assert_eq!(sensor.frames.len(), 100);
+        assert!(sensor.frames.iter().all(|frame| frame.bodies.len() == 6));
+        let newest = frames.last().unwrap().1;
+        assert!(
+            newest.since_seconds(sensor.frames[99].time) < 0.05,
+            "the oldest go first"
+        );
+    }
+}
