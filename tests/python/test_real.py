@@ -1,0 +1,73 @@
+"""Two real Kinects: two agent processes into one server process, calibrated from the recording itself."""
+import re
+import threading
+
+import pytest
+
+WALK = "Study_4_Kinect_1_Time_1_22_06_PM.csv"
+TWO_PEOPLE = "Study_21_Kinect_1_Time_2_09_50_PM.csv"
+
+
+def play(room, recording):
+    """Both Kinects of the recording, in step with each other, over and over."""
+    for kinect, name in ((1, "left"), (2, "right")):
+        room.start(
+            name, "agent", "csv", recording, "--kinect", kinect, "--name", name, "--server", room.url,
+            "--align-s", 2, "--loop",
+        )
+    room.wait_for(lambda: sum(s.frames_received > 20 for s in room.status().sensors) == 2, "both Kinects")
+
+
+def watch(room, seconds, frames):
+    from posefuse.v1 import room_pb2
+
+    channel, stub = room.stub()
+    with channel:
+        end = None
+        for frame in stub.Watch(room_pb2.WatchRequest()):
+            end = end or frame.time_ns + seconds * 10**9
+            frames.append(frame)
+            if frame.time_ns > end:
+                return
+
+
+@pytest.mark.parametrize("name, people", [(WALK, 1), (TWO_PEOPLE, 2)])
+def test_calibrate_fuse_record_watch_and_fuse_again(room, recordings, name, people):
+    play(room, recordings[name])
+    verdict = room.run("calibrate", "--seconds", 25, "--server", room.url, code=None)
+    print(verdict)
+    calibration = room.status().calibration
+    assert {pose.sensor for pose in calibration.sensors} == {"left", "right"}, verdict
+
+    frames = []
+    watcher = threading.Thread(target=watch, args=(room, 10, frames), daemon=True)
+    watcher.start()
+    room.run("record", "real", "--seconds", 12, "--server", room.url)
+    watcher.join(timeout=30)
+    seen = [frame for frame in frames if frame.tracks]
+    assert len(seen) > 150, f"only {len(seen)} of {len(frames)} frames show anybody"
+    most = max(len(frame.tracks) for frame in seen)
+    assert most >= people, f"never more than {most} of {people} people"
+    both = sum(bin(track.sensors).count("1") == 2 for frame in seen for track in frame.tracks)
+    assert both > 0.3 * len(seen), "people are rarely fused from both sensors"
+
+    again = room.run("refuse", "real", "--takes", room.takes, "--out", "again")
+    assert re.search(r"identical", again), again
+    info = room.take_info("real")
+    assert info["dropped"] == 0 and info["frames"] > 200 and sorted(info["sensors"]) == ["left", "right"]
+
+
+def test_the_take_opens_with_the_python_mcap_package(room, recordings):
+    from mcap.reader import make_reader
+    from mcap_protobuf.decoder import DecoderFactory
+
+    play(room, recordings[WALK])
+    room.run("record", "raw", "--seconds", 4, "--server", room.url)
+    observations = {0: 0, 1: 0}
+    with (room.takes / "raw.mcap").open("rb") as stream:
+        for _, _, _, message in make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(
+            topics=["/inputs"]
+        ):
+            if message.HasField("observation"):
+                observations[message.observation.sensor] += 1
+    assert all(count > 50 for count in observations.values()), observations

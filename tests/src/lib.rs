@@ -1,0 +1,1 @@
+//! End-to-end, network, golden and third-party-reader tests.
