@@ -1,0 +1,16 @@
+// The dashboard of a Posefuse room: a pure client of the gRPC service posefuse.v1.Room.
+
+import { render } from "preact";
+import { startLive } from "./state/live";
+import { startPrefs } from "./state/prefs";
+import { App } from "./ui/App";
+import { startKeys } from "./ui/keys";
+import "./styles/theme.css";
+import "./styles/layout.css";
+import "./styles/parts.css";
+import "./styles/view.css";
+
+startPrefs();
+startKeys();
+startLive();
+render(<App />, document.getElementById("app")!);

@@ -1,0 +1,42 @@
+// Colours of the 3D view and the plots. They live in the style sheet (styles/theme.css), so that the theme is one
+// thing; here they are only read. All are from the Okabe-Ito palette, darkened or lightened for contrast.
+
+import { Color } from "three";
+import type { Source } from "../model/frame";
+
+/** How many colours sensors share. */
+export const SENSOR_COLOURS = 7;
+
+export interface Palette {
+  background: Color;
+  grid: Color;
+  gridStrong: Color;
+  text: Color;
+  dead: Color;
+  axes: [Color, Color, Color];
+  sources: Record<Source, Color>;
+  sensors: Color[];
+}
+
+export function cssColour(name: string): string {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim() || "#888";
+}
+
+export function readPalette(): Palette {
+  const colour = (name: string) => new Color(cssColour(name));
+  return {
+    background: colour("--view"),
+    grid: colour("--view-grid"),
+    gridStrong: colour("--view-grid-strong"),
+    text: colour("--text"),
+    dead: colour("--muted"),
+    axes: [colour("--axis-x"), colour("--axis-y"), colour("--axis-z")],
+    sources: { measured: colour("--measured"), inferred: colour("--inferred"), repaired: colour("--repaired") },
+    sensors: Array.from({ length: SENSOR_COLOURS }, (_, i) => colour(`--sensor-${i}`)),
+  };
+}
+
+/** The style sheet's name for a sensor's colour. */
+export function sensorColourName(id: number): string {
+  return `--sensor-${id % SENSOR_COLOURS}`;
+}

@@ -1,0 +1,62 @@
+// What the plots draw: joint speeds of everybody in view, and each sensor's residual, over the last 30 s.
+
+import type { RoomStatus } from "../gen/posefuse/v1/room_pb";
+import { secondsOf, type Frame } from "../model/frame";
+import { PLOTTED_JOINTS } from "../model/joints";
+import { Series, SpeedMeter } from "../model/series";
+
+export const SPAN = 30;
+
+interface Followed {
+  lastTime: number;
+  meters: SpeedMeter[];
+  speeds: Series[];
+}
+
+const people = new Map<string, Followed>();
+const residuals = new Map<string, Series>();
+
+export function recordSpeeds(frame: Frame): void {
+  for (const person of frame.people) {
+    let entry = people.get(person.id);
+    if (!entry) {
+      entry = {
+        lastTime: frame.time,
+        meters: PLOTTED_JOINTS.map(() => new SpeedMeter()),
+        speeds: PLOTTED_JOINTS.map(() => new Series(SPAN)),
+      };
+      people.set(person.id, entry);
+    }
+    entry.lastTime = frame.time;
+    for (let i = 0; i < PLOTTED_JOINTS.length; i++) {
+      const joint = person.joints[PLOTTED_JOINTS[i]!.joint];
+      if (!joint) continue;
+      const speed = entry.meters[i]!.push(frame.time, joint.x, joint.y, joint.z);
+      if (speed !== null) entry.speeds[i]!.push(frame.time, speed);
+    }
+  }
+  for (const [id, entry] of people) if (Math.abs(frame.time - entry.lastTime) > SPAN) people.delete(id);
+}
+
+export function speedsOf(id: string | null): Series[] {
+  return (id !== null && people.get(id)?.speeds) || [];
+}
+
+export function forgetSpeeds(): void {
+  people.clear();
+}
+
+export function recordResiduals(status: RoomStatus): void {
+  const time = secondsOf(status.timeNs);
+  for (const sensor of status.sensors) {
+    const name = sensor.info?.name ?? "";
+    if (sensor.residualMm === undefined) continue;
+    let series = residuals.get(name);
+    if (!series) residuals.set(name, (series = new Series(SPAN)));
+    series.push(time, sensor.residualMm);
+  }
+}
+
+export function residualOf(name: string): Series | undefined {
+  return residuals.get(name);
+}

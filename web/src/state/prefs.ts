@@ -1,0 +1,55 @@
+// What this browser remembers: the theme, and whether single keys are shortcuts.
+
+import { effect, signal } from "@preact/signals";
+
+export type Theme = "system" | "light" | "dark";
+
+function read(key: string): string | null {
+  try {
+    return localStorage.getItem(key);
+  } catch {
+    return null;
+  }
+}
+
+function write(key: string, value: string): void {
+  try {
+    localStorage.setItem(key, value);
+  } catch {
+    // A browser that keeps nothing still works; it only forgets.
+  }
+}
+
+const THEME = "posefuse.theme";
+const KEYS = "posefuse.keys";
+
+const stored = read(THEME);
+export const theme = signal<Theme>(stored === "light" || stored === "dark" ? stored : "system");
+export const singleKeys = signal(read(KEYS) !== "off");
+
+const prefersDark = matchMedia("(prefers-color-scheme: dark)");
+const systemDark = signal(prefersDark.matches);
+prefersDark.addEventListener("change", () => (systemDark.value = prefersDark.matches));
+
+/** The theme in force, "light" or "dark". */
+export const resolvedTheme = signal<"light" | "dark">("dark");
+
+export function startPrefs(): void {
+  effect(() => {
+    const resolved = theme.value === "system" ? (systemDark.value ? "dark" : "light") : theme.value;
+    document.documentElement.dataset["theme"] = resolved;
+    resolvedTheme.value = resolved;
+    write(THEME, theme.value);
+  });
+  effect(() => write(KEYS, singleKeys.value ? "on" : "off"));
+}
+
+export function toggleTheme(): void {
+  theme.value = resolvedTheme.value === "dark" ? "light" : "dark";
+}
+
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+
+export function reducedMotion(): boolean {
+  return still.matches;
+}

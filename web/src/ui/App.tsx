@@ -1,0 +1,48 @@
+// The page: status bar, sensors left, room in the middle, takes right.
+
+import { calibrating, replay } from "../state/store";
+import { Banners, Notices } from "./Banners";
+import { CalibratePanel } from "./Calibrate";
+import { CalibrationCard } from "./CalibrationCard";
+import { ConfigDialog, HelpDialog } from "./Dialogs";
+import { Outputs } from "./Outputs";
+import { Plots } from "./Plots";
+import { RecordBar } from "./RecordBar";
+import { ReplayBar } from "./ReplayBar";
+import { RoomView } from "./RoomView";
+import { Sensors } from "./Sensors";
+import { Takes } from "./Takes";
+import { TopBar } from "./TopBar";
+
+export function App() {
+  return (
+    <>
+      <TopBar />
+      <Banners />
+      <div class="columns">
+        <aside class="column left" aria-label="Sensors and calibration">
+          <Sensors />
+          <CalibrationCard />
+        </aside>
+        <main class="middle" aria-label="Room">
+          <RoomView />
+          {replay.value ? <ReplayBar /> : <RecordBar />}
+          <Plots />
+        </main>
+        <aside class="column right" aria-label="Takes and outputs">
+          {calibrating.value.kind === "closed" ? (
+            <>
+              <Takes />
+              <Outputs />
+            </>
+          ) : (
+            <CalibratePanel />
+          )}
+        </aside>
+      </div>
+      <Notices />
+      <HelpDialog />
+      <ConfigDialog />
+    </>
+  );
+}

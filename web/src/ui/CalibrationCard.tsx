@@ -1,0 +1,37 @@
+// The calibration in force, and the way to a new one.
+
+import { ago, plural } from "../model/format";
+import { calibrating, replay, sensors, status } from "../state/store";
+import { useNow } from "./Banners";
+import { openCalibrate } from "./keys";
+
+export function CalibrationCard() {
+  const now = useNow(10_000);
+  const calibration = status.value?.calibration;
+  const missing = sensors.value.filter((s) => !s.calibrated).length;
+  const blocked = !status.value || sensors.value.length === 0 || replay.value !== null || status.value.recording !== undefined;
+  return (
+    <section class="panel" aria-labelledby="calibration-title">
+      <header class="panel-head">
+        <h2 id="calibration-title">Calibration</h2>
+        <button type="button" data-testid="calibrate-button" aria-keyshortcuts="k" disabled={blocked || calibrating.value.kind !== "closed"} onClick={openCalibrate}>
+          Calibrate <kbd>K</kbd>
+        </button>
+      </header>
+      <div class="panel-body" data-testid="calibration-state">
+        {calibration ? (
+          <>
+            <p>
+              {plural(calibration.sensors.length, "sensor")}, by {calibration.method || "an unnamed method"}
+              {calibration.created && <> · {ago(Date.parse(calibration.created), now)}</>}
+            </p>
+            {calibration.floor && <p class="muted">Floor: {calibration.floor}</p>}
+            {missing > 0 && <p class="warn-text">▲ {plural(missing, "sensor is", "sensors are")} not in it. Calibrate again.</p>}
+          </>
+        ) : (
+          <p class="muted">{status.value ? "None in force. People are fused once the sensors' places are known." : "–"}</p>
+        )}
+      </div>
+    </section>
+  );
+}

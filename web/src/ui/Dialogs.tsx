@@ -1,0 +1,106 @@
+// Two dialogs: the keyboard shortcuts, and the configuration in force.
+
+import type { ComponentChildren } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { explain, room } from "../net/client";
+import { singleKeys } from "../state/prefs";
+import { dialog, status } from "../state/store";
+import { SHORTCUTS } from "./keys";
+
+function Modal(props: { name: "help" | "config"; title: string; children: ComponentChildren }) {
+  const ref = useRef<HTMLDialogElement>(null);
+  const open = dialog.value === props.name;
+  useEffect(() => {
+    if (open && !ref.current?.open) ref.current?.showModal();
+    if (!open && ref.current?.open) ref.current.close();
+  }, [open]);
+  const close = () => (dialog.value = "none");
+  return (
+    <dialog ref={ref} aria-labelledby={`${props.name}-title`} data-testid={`${props.name}-dialog`} onClose={close} onClick={(e) => e.target === ref.current && close()}>
+      <div class="dialog-inner">
+        <header class="dialog-head">
+          <h2 id={`${props.name}-title`}>{props.title}</h2>
+          <button type="button" onClick={close}>
+            Close
+          </button>
+        </header>
+        {open && props.children}
+      </div>
+    </dialog>
+  );
+}
+
+const VIEW_KEYS = [
+  ["← → ↑ ↓", "Turn the view"],
+  ["Shift + ← → ↑ ↓", "Move the view"],
+  ["+ −", "Nearer, further"],
+] as const;
+
+export function HelpDialog() {
+  return (
+    <Modal name="help" title="Keyboard">
+      <div class="keys">
+        <section>
+          <h3>Anywhere</h3>
+          <dl>
+            {SHORTCUTS.map((s) => (
+              <div key={s.key}>
+                <dt>
+                  <kbd>{s.label}</kbd>
+                </dt>
+                <dd>{s.text}</dd>
+              </div>
+            ))}
+          </dl>
+        </section>
+        <section>
+          <h3>With the 3D view in focus</h3>
+          <dl>
+            {VIEW_KEYS.map(([keys, text]) => (
+              <div key={keys}>
+                <dt>
+                  <kbd>{keys}</kbd>
+                </dt>
+                <dd>{text}</dd>
+              </div>
+            ))}
+          </dl>
+          <h3>Mouse</h3>
+          <p>Drag to turn, right button to move, wheel to come nearer.</p>
+          <label class="check">
+            <input type="checkbox" checked={singleKeys.value} onChange={(e) => (singleKeys.value = e.currentTarget.checked)} />
+            Single keys are shortcuts
+          </label>
+        </section>
+      </div>
+    </Modal>
+  );
+}
+
+export function ConfigDialog() {
+  return (
+    <Modal name="config" title="Configuration in force">
+      <ConfigText />
+    </Modal>
+  );
+}
+
+function ConfigText() {
+  const [text, setText] = useState<{ toml?: string; trouble?: string }>({});
+  useEffect(() => {
+    room.getConfig({}, { timeoutMs: 10_000 }).then(
+      (answer) => setText({ toml: answer.toml }),
+      (error: unknown) => setText({ trouble: explain(error) }),
+    );
+  }, []);
+  return (
+    <>
+      <p class="muted">
+        Server {status.value?.serverVersion || "–"}, takes go to <code>{status.value?.takeFolder || "–"}</code>. Change it in the
+        server's TOML file.
+      </p>
+      {text.trouble && <p class="card-trouble warn" role="alert">{text.trouble}</p>}
+      <pre class="config" tabIndex={0} aria-label="Configuration, TOML">{text.toml ?? ""}</pre>
+    </>
+  );
+}

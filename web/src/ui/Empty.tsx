@@ -1,0 +1,58 @@
+// What to do when there is nothing to see.
+
+import { useState } from "preact/hooks";
+import { agentLine } from "../model/format";
+import { calibratedSensors, calibrating, connection, liveSensors, notify, peopleIds, replay, sensors, status } from "../state/store";
+import { openCalibrate } from "./keys";
+
+export function Empty() {
+  if (!status.value || replay.value || connection.value.kind === "offline") return null;
+  if (sensors.value.length === 0) return <NoSensor />;
+  if (liveSensors.value === 0) {
+    return <p class="view-hint warn-text" data-testid="hint">▲ No sensor delivers. The cards on the left say why.</p>;
+  }
+  if (calibratedSensors.value === 0 && calibrating.value.kind === "closed") {
+    return (
+      <div class="view-hint" data-testid="hint">
+        The sensors' places are not known yet.
+        <button type="button" class="primary" onClick={openCalibrate}>
+          Calibrate
+        </button>
+      </div>
+    );
+  }
+  if (peopleIds.value.length === 0) return <p class="view-hint muted" data-testid="hint">Nobody in view.</p>;
+  return null;
+}
+
+function NoSensor() {
+  const [copied, setCopied] = useState(false);
+  const line = agentLine(location.origin);
+  const loopback = ["127.0.0.1", "localhost", "[::1]"].includes(location.hostname);
+  const copy = async () => {
+    try {
+      await navigator.clipboard.writeText(line);
+      setCopied(true);
+      setTimeout(() => setCopied(false), 2000);
+    } catch {
+      notify("error", "The browser did not let the page copy. Mark the line and copy it by hand.");
+    }
+  };
+  return (
+    <div class="view-message" data-testid="empty">
+      <h2>No sensor yet</h2>
+      <p>To see this room at work with a simulated sensor, run this line:</p>
+      <div class="command">
+        <code data-testid="empty-command">{line}</code>
+        <button type="button" onClick={() => void copy()}>
+          {copied ? "Copied" : "Copy"}
+        </button>
+      </div>
+      <p class="muted">
+        {loopback
+          ? "It works on this machine. On another one, put this server's own address in place of " + location.hostname + "."
+          : "Run one agent beside each sensor. It may start before the server."}
+      </p>
+    </div>
+  );
+}

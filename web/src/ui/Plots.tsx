@@ -1,0 +1,38 @@
+// The two plots under the room: how fast the followed person's joints move, and how well each sensor agrees.
+
+import { PLOTTED_JOINTS } from "../model/joints";
+import { SENSOR_COLOURS, sensorColourName } from "../scene/palette";
+import { residualOf, SPAN, speedsOf } from "../state/plots";
+import { followed, replay, sensors } from "../state/store";
+import { Plot, type Line } from "./Plot";
+
+function speedLines(): Line[] {
+  const series = speedsOf(followed.peek());
+  return PLOTTED_JOINTS.map(({ label }, i) => ({ label, colour: `--plot-${i}`, mark: `plot-colour-${i}`, series: series[i] }));
+}
+
+function residualLines(): Line[] {
+  return sensors.peek().map((s) => {
+    const id = s.info?.id ?? 0;
+    const name = s.info?.name ?? "";
+    return { label: name, colour: sensorColourName(id), mark: `sensor-colour-${id % SENSOR_COLOURS}`, series: residualOf(name) };
+  });
+}
+
+export function Plots() {
+  const who = followed.value;
+  return (
+    <div class="plots">
+      <Plot
+        title={who === null ? "Joint speed" : `Joint speed, person ${who}`}
+        unit="m/s" digits={2} floor={1} span={SPAN} testid="plot-speed" lines={speedLines}
+        empty="Nobody to follow."
+      />
+      <Plot
+        title={replay.value ? "Residual, live room" : "Residual"}
+        unit="mm" digits={0} floor={20} span={SPAN} testid="plot-residual" lines={residualLines}
+        empty="No sensor's joints are compared with fused ones yet."
+      />
+    </div>
+  );
+}
