@@ -47,6 +47,8 @@ pub(crate) struct Refined {
     pub(crate) placed: Vec<Placed>,
     /// Joint pairs that each sensor took part in.
     pub(crate) samples: Vec<u64>,
+    /// Mean ray bias over the joints, metres away from the sensor.
+    pub(crate) bias_m: f64,
 }
 
 /// One joint seen by two sensors at one instant.
@@ -94,7 +96,11 @@ pub(crate) fn refine(
             break;
         }
     }
-    Refined { placed, samples }
+    Refined {
+        placed,
+        samples,
+        bias_m: bias.iter().sum::<f64>() / JOINT_COUNT as f64,
+    }
 }
 
 fn residuals(

@@ -54,6 +54,9 @@ pub struct Report {
     pub pairs: Vec<PairRow>,
     /// The floor.
     pub floor: FloorRow,
+    /// How far trackers place joints in front of where they are, seen from their sensor: mean over the joints, mm.
+    /// `None` where it was not estimated or what came out could not be skin, and so was not used.
+    pub ray_bias_mm: Option<f64>,
     /// From the first to the last frame, seconds.
     pub duration_s: f64,
 }

@@ -52,8 +52,8 @@ fn recordings() -> Option<PathBuf> {
     Some(folder)
 }
 
-/// The rows of `scenario`; -9999 is missing.
-fn rows(file: &Path, scenario: i64) -> Vec<Row> {
+/// The rows of these `scenarios`; -9999 is missing.
+fn rows(file: &Path, scenarios: &[i64]) -> Vec<Row> {
     let text = std::fs::read_to_string(file).unwrap();
     let mut lines = text.trim_start_matches('\u{feff}').lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').map(str::trim).collect();
@@ -66,7 +66,8 @@ fn rows(file: &Path, scenario: i64) -> Vec<Row> {
             .split(',')
             .map(|c| c.trim().parse().unwrap_or(f64::NAN))
             .collect();
-        (cells.get(2) == Some(&(scenario as f64))).then(|| Row {
+        let wanted = scenarios.iter().any(|s| cells.get(2) == Some(&(*s as f64)));
+        wanted.then(|| Row {
             kinect: line.split(',').nth(9).unwrap().trim().to_owned(),
             person: cells[4] as u64 * 100 + cells[5] as u64,
             server_ns: (cells[3] as i64 - SERVER_EPOCH_MS) * 1_000_000,
@@ -121,9 +122,9 @@ fn walk(rows: Vec<Row>) -> Walk {
     walk
 }
 
-fn solved(file: &Path, scenario: i64) -> Option<Solution> {
+fn solved(file: &Path, scenarios: &[i64]) -> Option<Solution> {
     let name = file.file_name().unwrap().to_string_lossy();
-    match solve(&walk(rows(file, scenario)), &Options::default()) {
+    match solve(&walk(rows(file, scenarios)), &Options::default()) {
         Ok(solution) => {
             let report = &solution.report;
             let pair = &report.pairs[0];
@@ -153,43 +154,53 @@ fn solved(file: &Path, scenario: i64) -> Option<Solution> {
     }
 }
 
-/// Every walk (scenario 3) of the first experiment, by angle: median over files of the held-out median residual
-/// within what DATA.md tells of these files after a robust fit per take (20, 48, 64 mm), a fifth more allowed.
+/// Every long take of the first experiment, whole (1 still, 2 steps, 3 walk) and its walk alone, by angle. Whole takes:
+/// median over files of the held-out median residual, not above what is known of them after a robust fit per
+/// take (20, 48, 64 mm). Walks alone are harder: a quarter more than that.
 #[test]
 fn walks_of_two_kinects_agree_as_well_as_they_can() {
     let Some(folder) = recordings() else { return };
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder.join("Experiments_1_2_3_6/Original"))
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    files.sort();
+    let files = files(&folder.join("Experiments_1_2_3_6/Original"));
     for (config, known_mm) in [(0, 20.0), (1, 48.0), (2, 64.0)] {
-        let mut medians = Vec::new();
+        let (mut wholes, mut walks) = (Vec::new(), Vec::new());
+        let of_config = format!("Kinect_{config}_");
         for file in files
             .iter()
-            .filter(|f| f.to_string_lossy().contains(&format!("Kinect_{config}_")))
+            .filter(|f| f.to_string_lossy().contains(&of_config))
         {
-            if rows(file, 3).len() < 300 {
+            if rows(file, &[3]).len() < 300 {
                 continue;
             }
-            let solution =
-                solved(file, 3).unwrap_or_else(|| panic!("{} is not solved", file.display()));
-            let pair = &solution.report.pairs[0];
-            assert!(
-                pair.rms_after_mm < pair.rms_before_mm || pair.rms_before_mm < 100.0,
-                "{pair:?}"
-            );
-            medians.push(pair.median_mm);
+            for (scenarios, medians) in [(&[1, 2, 3][..], &mut wholes), (&[3], &mut walks)] {
+                let solution = solved(file, scenarios);
+                let solution =
+                    solution.unwrap_or_else(|| panic!("{} has no answer", file.display()));
+                let pair = &solution.report.pairs[0];
+                assert!(pair.rms_after_mm < pair.rms_before_mm, "{pair:?}");
+                medians.push(pair.median_mm);
+            }
         }
-        medians.sort_by(f64::total_cmp);
-        let median = medians[medians.len() / 2];
+        let [whole, walk] = [&mut wholes, &mut walks].map(|medians| {
+            medians.sort_by(f64::total_cmp);
+            medians[medians.len() / 2]
+        });
         println!(
-            "config {config}: {} walks, median of medians {median:.1} mm (known {known_mm})",
-            medians.len()
+            "config {config}: {} takes, median of medians {whole:.1} mm, walks alone {walk:.1} mm, known {known_mm} mm",
+            wholes.len()
         );
-        assert!(median < 1.2 * known_mm, "{medians:?}");
+        assert!(
+            whole <= known_mm && walk <= 1.25 * known_mm,
+            "{wholes:?} {walks:?}"
+        );
     }
     std::fs::remove_dir_all(folder).unwrap();
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
 }
 
 /// Two people who interact (scenario 4).
@@ -197,13 +208,9 @@ fn walks_of_two_kinects_agree_as_well_as_they_can() {
 fn two_people_before_two_kinects_are_told_apart() {
     let Some(folder) = recordings() else { return };
     let mut agreeing = 0;
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder.join("Experiments_4/Original"))
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    files.sort();
+    let files = files(&folder.join("Experiments_4/Original"));
     for file in &files {
-        if let Some(solution) = solved(file, 4) {
+        if let Some(solution) = solved(file, &[4]) {
             agreeing += usize::from(solution.report.pairs[0].median_mm < 100.0);
         }
     }
