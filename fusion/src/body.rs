@@ -1,0 +1,117 @@
+//! A person's joints as plain arrays in the room frame: what the hot path works on.
+
+use nalgebra::Vector3;
+use posefuse_skeleton::{JOINT_COUNT, Joint};
+use serde::{Deserialize, Serialize};
+
+/// Joints in the room frame, metres. A joint whose bit in `mask` is 0 is missing and its entries mean nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Body {
+    pub(crate) mask: u32,
+    pub(crate) position: [Vector3<f64>; JOINT_COUNT],
+    pub(crate) confidence: [f32; JOINT_COUNT],
+}
+
+impl Default for Body {
+    fn default() -> Self {
+        Self {
+            mask: 0,
+            position: [Vector3::zeros(); JOINT_COUNT],
+            confidence: [0.0; JOINT_COUNT],
+        }
+    }
+}
+
+impl Body {
+    /// Whether joint number `index` is there.
+    pub(crate) fn has(&self, index: usize) -> bool {
+        self.mask & (1 << index) != 0
+    }
+
+    /// Where `joint` is, if it is there.
+    pub(crate) fn get(&self, joint: Joint) -> Option<Vector3<f64>> {
+        let index = joint as usize;
+        self.has(index).then(|| self.position[index])
+    }
+
+    /// How many joints are there.
+    pub(crate) fn len(&self) -> usize {
+        self.mask.count_ones() as usize
+    }
+
+    /// Puts a joint in.
+    pub(crate) fn set(&mut self, index: usize, position: Vector3<f64>, confidence: f32) {
+        self.mask |= 1 << index;
+        self.position[index] = position;
+        self.confidence[index] = confidence;
+    }
+
+    /// The same joints with left and right exchanged.
+    pub(crate) fn mirror(&mut self) {
+        for (left, right) in SIDE_PAIRS {
+            self.position.swap(left, right);
+            self.confidence.swap(left, right);
+            let (had_left, had_right) = (self.has(left), self.has(right));
+            self.mask &= !(1 << left | 1 << right);
+            self.mask |= u32::from(had_right) << left | u32::from(had_left) << right;
+        }
+    }
+}
+
+/// Numbers of the left and right joint of each pair.
+pub(crate) const SIDE_PAIRS: [(usize, usize); 10] = [
+    (Joint::ShoulderLeft as usize, Joint::ShoulderRight as usize),
+    (Joint::ElbowLeft as usize, Joint::ElbowRight as usize),
+    (Joint::WristLeft as usize, Joint::WristRight as usize),
+    (Joint::HandLeft as usize, Joint::HandRight as usize),
+    (Joint::HipLeft as usize, Joint::HipRight as usize),
+    (Joint::KneeLeft as usize, Joint::KneeRight as usize),
+    (Joint::AnkleLeft as usize, Joint::AnkleRight as usize),
+    (Joint::FootLeft as usize, Joint::FootRight as usize),
+    (Joint::HandTipLeft as usize, Joint::HandTipRight as usize),
+    (Joint::ThumbLeft as usize, Joint::ThumbRight as usize),
+];
+
+/// For each joint number, the number of its mirror image.
+pub(crate) const MIRROR: [usize; JOINT_COUNT] = {
+    let mut table = [0; JOINT_COUNT];
+    let mut index = 0;
+    while index < JOINT_COUNT {
+        table[index] = index;
+        index += 1;
+    }
+    let mut pair = 0;
+    while pair < SIDE_PAIRS.len() {
+        let (left, right) = SIDE_PAIRS[pair];
+        table[left] = right;
+        table[right] = left;
+        pair += 1;
+    }
+    table
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_that_of_the_joints() {
+        for joint in Joint::ALL {
+            assert_eq!(MIRROR[joint as usize], joint.mirrored() as usize);
+        }
+    }
+
+    #[test]
+    fn mirroring_moves_what_is_there_and_what_is_missing() {
+        let mut body = Body::default();
+        body.set(Joint::WristLeft as usize, Vector3::x(), 0.5);
+        body.set(Joint::Head as usize, Vector3::z(), 1.0);
+        let before = body.clone();
+        body.mirror();
+        assert_eq!(body.get(Joint::WristRight), Some(Vector3::x()));
+        assert_eq!(body.get(Joint::WristLeft), None);
+        assert_eq!(body.get(Joint::Head), Some(Vector3::z()));
+        body.mirror();
+        assert_eq!(body.mask, before.mask);
+    }
+}

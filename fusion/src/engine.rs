@@ -1,0 +1,330 @@
+//! The engine: inputs in, outputs out, in the order of a skeleton's journey.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use posefuse_skeleton::{
+    AgentTime, Calibration, Observation, RoomFrame, SensorId, SensorInfo, Timestamp, TrackId,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::clock::ClockEstimate;
+use crate::gate::GateConfig;
+use crate::intake::Intake;
+use crate::people::{People, Placed};
+use crate::sensors::SensorState;
+use crate::stages::{Pipeline, Stage};
+use crate::{ClockSample, Config, Input, Output, Rejection, RejectionReason};
+
+/// Outputs kept for a caller that does not poll; then the oldest goes.
+const MAX_OUTPUTS: usize = 4096;
+/// Frames made by one input at most.
+const MAX_FRAMES_PER_INPUT: usize = 64;
+
+/// The fusion engine.
+///
+/// Feed it with [`Engine::handle`] and take from [`Engine::poll`] until that gives [`Output::WakeAt`].
+/// Equal inputs in equal order give equal outputs, bit by bit.
+#[derive(Clone, Debug)]
+pub struct Engine {
+    pub(crate) config: Config,
+    pub(crate) state: State,
+    placed: Vec<Placed>,
+    origins: Vec<Option<Vector3<f64>>>,
+}
+
+/// All that the engine remembers.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct State {
+    pub(crate) now: Option<Timestamp>,
+    pub(crate) sensors: Vec<Option<SensorState>>,
+    pub(crate) calibration: Option<Arc<Calibration>>,
+    intake: Intake,
+    people: People,
+    pub(crate) pipeline: Pipeline,
+    outputs: VecDeque<Output>,
+    frames: u64,
+    /// Time of the newest frame that went into the stages.
+    newest: Option<Timestamp>,
+    /// The last frame made had people in it.
+    peopled: bool,
+}
+
+impl Engine {
+    /// An engine that knows nothing yet. Check `config` with [`Config::validate`] first: a stage with impossible
+    /// settings would pass joints on unfiltered.
+    pub fn new(config: Config) -> Self {
+        let state = State {
+            now: None,
+            sensors: Vec::new(),
+            calibration: None,
+            intake: Intake::default(),
+            people: People::default(),
+            pipeline: Pipeline::new(&config.stages),
+            outputs: VecDeque::new(),
+            frames: 0,
+            newest: None,
+            peopled: false,
+        };
+        Self::from_state(config, state)
+    }
+
+    pub(crate) fn from_state(config: Config, state: State) -> Self {
+        let mut engine = Self {
+            config,
+            state,
+            placed: Vec::new(),
+            origins: Vec::new(),
+        };
+        engine.note_origins();
+        engine
+    }
+
+    /// The configuration it runs with.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Takes one input. Never panics and never blocks: what cannot be used is rejected with a reason.
+    pub fn handle(&mut self, input: Input) {
+        match input {
+            Input::Sensor(info) => self.greet(info),
+            Input::Observation(observation) => self.observe(observation),
+            Input::ClockSample(sample) => self.probe(&sample),
+            Input::Calibration(calibration) => self.calibrate(calibration),
+            Input::Tick(now) => self.advance(now),
+        }
+        self.make_frames();
+    }
+
+    /// The next output; after [`Output::WakeAt`] there is nothing more until the next input.
+    pub fn poll(&mut self) -> Output {
+        if let Some(output) = self.state.outputs.pop_front() {
+            return output;
+        }
+        let wake = self.state.now.and_then(|now| {
+            let anyone = self.must_go_on(now);
+            self.state.intake.wake(now, anyone, &self.config.intake)
+        });
+        Output::WakeAt(wake)
+    }
+
+    /// What is known of the clock of `sensor`'s agent; `None` before the first answered probe.
+    pub fn clock(&self, sensor: SensorId) -> Option<ClockEstimate> {
+        let now = self.state.now?;
+        self.sensor(sensor)?.clock.estimate(now, &self.config.clock)
+    }
+
+    /// A time of `sensor`'s agent in the server's clock; `None` before the first answered probe.
+    pub fn map_time(&self, sensor: SensorId, time: AgentTime) -> Option<Timestamp> {
+        self.sensor(sensor)?.clock.map(time)
+    }
+
+    fn sensor(&self, id: SensorId) -> Option<&SensorState> {
+        self.state.sensors.get(id.index())?.as_ref()
+    }
+
+    fn sensor_mut(&mut self, id: SensorId) -> Option<&mut SensorState> {
+        self.state.sensors.get_mut(id.index())?.as_mut()
+    }
+
+    fn greet(&mut self, info: SensorInfo) {
+        let id = info.id;
+        if self.state.sensors.len() <= id.index() {
+            self.state.sensors.resize(id.index() + 1, None);
+        }
+        match &mut self.state.sensors[id.index()] {
+            Some(known) if known.info.name == info.name => known.info = info,
+            slot => {
+                *slot = Some(SensorState::new(info, self.state.calibration.as_deref()));
+                self.state.people.forget_sensor(id);
+            }
+        }
+        self.note_origins();
+    }
+
+    fn calibrate(&mut self, calibration: Arc<Calibration>) {
+        let mut moved = false;
+        for sensor in self.state.sensors.iter_mut().flatten() {
+            let was_placed = sensor.place.is_some();
+            moved |= sensor.put(Some(&calibration)) && was_placed;
+        }
+        self.state.calibration = Some(calibration);
+        if moved {
+            self.state.people.uproot();
+            self.state.pipeline.restart_all();
+        }
+        self.note_origins();
+    }
+
+    fn probe(&mut self, sample: &ClockSample) {
+        self.advance(sample.returned);
+        let config = self.config.clock;
+        if let Some(sensor) = self.sensor_mut(sample.sensor) {
+            sensor.clock.add(sample, &config);
+        }
+    }
+
+    fn observe(&mut self, mut observation: Observation) {
+        self.advance(observation.received);
+        let id = observation.sensor;
+        let clock = self.config.clock;
+        let admitted = match self.sensor_mut(id) {
+            Some(sensor) => sensor.admit(&observation, &clock),
+            None => Err(RejectionReason::UnknownSensor),
+        };
+        let late = |time| self.state.intake.is_late(time, &self.config.intake);
+        let (time, place) = match admitted {
+            Ok((time, _)) if late(time) => {
+                return self.reject_frame(&observation, RejectionReason::Late);
+            }
+            Ok(admitted) => admitted,
+            Err(reason) => return self.reject_frame(&observation, reason),
+        };
+        let Some(sensor) = self
+            .state
+            .sensors
+            .get_mut(id.index())
+            .and_then(Option::as_mut)
+        else {
+            return;
+        };
+        let gate = gate(&self.config.stages);
+        let outputs = &mut self.state.outputs;
+        let mut rejected = [0_u64; crate::diagnostics::REASONS];
+        let fresh = sensor.place_bodies(
+            &mut observation,
+            time,
+            &place,
+            gate,
+            &mut self.placed,
+            &mut |rejection| {
+                rejected[crate::diagnostics::reason_index(rejection.reason)] += 1;
+                put(outputs, Output::Rejected(rejection));
+            },
+        );
+        for (total, new) in sensor.rejected.iter_mut().zip(rejected) {
+            *total = total.saturating_add(new);
+        }
+        if !fresh {
+            return;
+        }
+        let origin = place.room_from_sensor.origin().vector();
+        self.state
+            .people
+            .observe(id, origin, time, &self.placed, &self.config);
+        let now = observation.received;
+        self.state
+            .intake
+            .delivered(id, time, now, &self.config.intake);
+    }
+
+    fn reject_frame(&mut self, observation: &Observation, reason: RejectionReason) {
+        if let Some(sensor) = self.sensor_mut(observation.sensor) {
+            sensor.count(reason);
+        }
+        let rejection = Rejection {
+            sensor: observation.sensor,
+            time: observation.received,
+            reason,
+            joint: None,
+        };
+        put(&mut self.state.outputs, Output::Rejected(rejection));
+    }
+
+    /// Time never goes back.
+    fn advance(&mut self, now: Timestamp) {
+        self.state.now = Some(self.state.now.map_or(now, |known| known.max(now)));
+    }
+
+    /// Whether frames go on though no sensor says anything: somebody is there, or left just now.
+    fn must_go_on(&self, now: Timestamp) -> bool {
+        let time = self.state.newest.unwrap_or(now);
+        self.state.peopled || self.state.people.anyone(time, &self.config.associate)
+    }
+
+    fn make_frames(&mut self) {
+        let Some(now) = self.state.now else {
+            return;
+        };
+        for _ in 0..MAX_FRAMES_PER_INPUT {
+            let anyone = self.must_go_on(now);
+            let Some(time) = self.state.intake.due(now, anyone, &self.config.intake) else {
+                return;
+            };
+            self.make_frame(time, now);
+        }
+    }
+
+    fn make_frame(&mut self, time: Timestamp, now: Timestamp) {
+        let sensors = &mut self.state.sensors;
+        let tracks =
+            self.state
+                .people
+                .frame(time, &self.origins, &self.config, |sensor, residual_m| {
+                    if let Some(Some(sensor)) = sensors.get_mut(sensor.index()) {
+                        sensor.add_residual(residual_m);
+                    }
+                });
+        for id in self.state.people.take_flipped() {
+            self.state.pipeline.restart(id);
+        }
+        let mut known: Vec<TrackId> = self.state.people.ids().collect();
+        known.sort_unstable();
+        self.state.pipeline.retain(&known);
+
+        self.state.peopled = !tracks.is_empty();
+        self.state.newest = Some(time);
+        let frame = RoomFrame {
+            number: 0,
+            time,
+            look_ahead_ns: 0,
+            tracks,
+        };
+        self.give(|pipeline, give| pipeline.push(frame, give));
+        // Nobody is there: nothing is left to wait for, and perhaps nothing will come.
+        if !self.must_go_on(now) {
+            self.give(|pipeline, give| pipeline.flush(give));
+        }
+    }
+
+    /// Numbers the frames that `run` gets out of the stages and puts them out.
+    fn give(&mut self, run: impl FnOnce(&mut Pipeline, &mut dyn FnMut(RoomFrame))) {
+        let State {
+            pipeline,
+            outputs,
+            frames,
+            newest,
+            ..
+        } = &mut self.state;
+        run(pipeline, &mut |mut frame| {
+            *frames += 1;
+            frame.number = *frames;
+            frame.look_ahead_ns = newest.map_or(0, |newest| newest.since_ns(frame.time));
+            put(outputs, Output::Frame(frame));
+        });
+    }
+
+    fn note_origins(&mut self) {
+        let origin = |sensor: &Option<SensorState>| sensor.as_ref().and_then(SensorState::origin);
+        self.origins.clear();
+        self.origins.extend(self.state.sensors.iter().map(origin));
+        self.origins.resize(SensorId::MAX_SENSORS, None);
+    }
+}
+
+/// The gate's settings, if it is on.
+fn gate(stages: &[Stage]) -> Option<&GateConfig> {
+    stages.iter().find_map(|stage| match stage {
+        Stage::Gate(gate) if gate.enabled => Some(gate),
+        _ => None,
+    })
+}
+
+fn put(outputs: &mut VecDeque<Output>, output: Output) {
+    if outputs.len() == MAX_OUTPUTS {
+        outputs.pop_front();
+    }
+    outputs.push_back(output);
+}

@@ -1,0 +1,242 @@
+//! The sensor stage `gate`: joints that cannot be true are dropped, each with a reason.
+//!
+//! Sensor frame, metres. Never finite-by-luck: [`sanitise`] runs whether or not the stage is on, so that nothing
+//! behind it ever meets a NaN, an infinity or a number whose square overflows.
+
+use nalgebra::Vector3;
+use posefuse_skeleton::{Body, JOINT_COUNT, Joint, Sensor, Skeleton, Timestamp};
+use serde::{Deserialize, Serialize};
+
+use crate::RejectionReason;
+use crate::config_check::Checker;
+
+/// Beyond this no room reaches, metres.
+const SANE_M: f64 = 100.0;
+/// Bodies of one sensor that are remembered; the one not seen for longest makes room.
+const MAX_BODIES: usize = 16;
+/// A body not seen for this long starts afresh, ns.
+const FORGET_NS: i64 = 1_000_000_000;
+/// What noise alone may move a joint between two frames, metres.
+const NOISE_M: f64 = 0.08;
+
+/// `kind = "gate"`: drops joints no sensor can see or no person can do, and bodies that repeat bit by bit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GateConfig {
+    /// Whether it runs.
+    pub enabled: bool,
+    /// Nearest distance from the lens, metres.
+    pub min_range_m: f64,
+    /// Furthest distance from the lens, metres.
+    pub max_range_m: f64,
+    /// Fastest a joint can move, m/s.
+    pub max_speed_mps: f64,
+    /// After so many frames that agree with each other a jumped joint is believed.
+    pub reaccept_frames: u32,
+}
+
+impl Default for GateConfig {
+    fn default() -> Self {
+        Self {
+            enabled: true,
+            min_range_m: 0.2,
+            max_range_m: 12.0,
+            max_speed_mps: 12.0,
+            reaccept_frames: 3,
+        }
+    }
+}
+
+impl GateConfig {
+    pub(crate) fn check(&self, at: &str, check: &mut Checker) {
+        check.within(&format!("{at}.min_range_m"), self.min_range_m, 0.0, SANE_M);
+        check.within(&format!("{at}.max_range_m"), self.max_range_m, 0.1, SANE_M);
+        check.within(
+            &format!("{at}.max_speed_mps"),
+            self.max_speed_mps,
+            0.5,
+            1000.0,
+        );
+        check.within(
+            &format!("{at}.reaccept_frames"),
+            f64::from(self.reaccept_frames),
+            1.0,
+            1000.0,
+        );
+    }
+}
+
+/// Drops joints that are no numbers at all, or further away than any room.
+pub(crate) fn sanitise(
+    skeleton: &mut Skeleton<Sensor>,
+    mut reject: impl FnMut(RejectionReason, Joint),
+) {
+    for joint in Joint::ALL {
+        let Some(state) = &skeleton[joint] else {
+            continue;
+        };
+        let reason = if !state.position.is_finite() {
+            RejectionReason::NonFinite
+        } else if state.position.vector().amax() > SANE_M {
+            RejectionReason::Absurd
+        } else {
+            continue;
+        };
+        skeleton[joint] = None;
+        reject(reason, joint);
+    }
+}
+
+/// What the gate remembers of one sensor's bodies.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Gate {
+    bodies: Vec<Known>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Known {
+    tracking_id: u64,
+    seen: Timestamp,
+    fingerprint: u64,
+    joints: [Option<Accepted>; JOINT_COUNT],
+}
+
+/// The joint's last accepted place, and the place it claims to have jumped to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Accepted {
+    at: Timestamp,
+    position: Vector3<f64>,
+    claim: Option<Claim>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Claim {
+    at: Timestamp,
+    position: Vector3<f64>,
+    frames: u32,
+}
+
+impl Gate {
+    /// Drops joints from `body`; false if the body as a whole repeats its last frame and is to be dropped.
+    pub(crate) fn pass(
+        &mut self,
+        body: &mut Body,
+        time: Timestamp,
+        config: &GateConfig,
+        mut reject: impl FnMut(RejectionReason, Option<Joint>),
+    ) -> bool {
+        let fingerprint = fingerprint(&body.skeleton);
+        let known = self.known(body.tracking_id, time);
+        if !body.skeleton.is_empty() && known.fingerprint == fingerprint {
+            reject(RejectionReason::Repeated, None);
+            return false;
+        }
+        known.fingerprint = fingerprint;
+        known.seen = time;
+        for (index, joint) in Joint::ALL.into_iter().enumerate() {
+            let Some(state) = &body.skeleton[joint] else {
+                continue;
+            };
+            let position = state.position.vector();
+            let range = position.norm();
+            let visible =
+                position.z > 0.0 && (config.min_range_m..=config.max_range_m).contains(&range);
+            let reason = if !visible {
+                RejectionReason::Absurd
+            } else if !reachable(&mut known.joints[index], position, time, config) {
+                RejectionReason::Jumped
+            } else {
+                continue;
+            };
+            body.skeleton[joint] = None;
+            reject(reason, Some(joint));
+        }
+        true
+    }
+
+    /// What is remembered of this body; fresh if that is nothing or too old.
+    fn known(&mut self, tracking_id: u64, time: Timestamp) -> &mut Known {
+        self.bodies.retain(|known| {
+            let old = time.since_ns(known.seen);
+            (0..=FORGET_NS).contains(&old)
+        });
+        let index = self
+            .bodies
+            .iter()
+            .position(|known| known.tracking_id == tracking_id);
+        let index = index.unwrap_or_else(|| {
+            if self.bodies.len() == MAX_BODIES {
+                let oldest = (0..MAX_BODIES)
+                    .min_by_key(|i| self.bodies[*i].seen)
+                    .unwrap_or(0);
+                self.bodies.remove(oldest);
+            }
+            self.bodies.push(Known {
+                tracking_id,
+                seen: time,
+                fingerprint: 0,
+                joints: [None; JOINT_COUNT],
+            });
+            self.bodies.len() - 1
+        });
+        &mut self.bodies[index]
+    }
+}
+
+/// Whether a person can have moved the joint to `position`; remembers the place or the claim.
+fn reachable(
+    known: &mut Option<Accepted>,
+    position: Vector3<f64>,
+    time: Timestamp,
+    config: &GateConfig,
+) -> bool {
+    let reach = |from: Vector3<f64>, at: Timestamp| {
+        let limit = config.max_speed_mps * time.since_seconds(at).max(0.0) + NOISE_M;
+        (position - from).norm() <= limit
+    };
+    let accepted = Some(Accepted {
+        at: time,
+        position,
+        claim: None,
+    });
+    let Some(last) = known else {
+        *known = accepted;
+        return true;
+    };
+    if reach(last.position, last.at) {
+        *known = accepted;
+        return true;
+    }
+    let frames = match &last.claim {
+        Some(claim) if reach(claim.position, claim.at) => claim.frames + 1,
+        _ => 1,
+    };
+    if frames >= config.reaccept_frames {
+        *known = accepted;
+        return true;
+    }
+    last.claim = Some(Claim {
+        at: time,
+        position,
+        frames,
+    });
+    false
+}
+
+/// FNV-1a over the bits of the positions; never 0.
+fn fingerprint(skeleton: &Skeleton<Sensor>) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for (joint, state) in skeleton.iter() {
+        for bits in [joint as u64]
+            .into_iter()
+            .chain(state.position.vector().iter().map(|c| c.to_bits()))
+        {
+            hash = (hash ^ bits).wrapping_mul(0x0000_0100_0000_01b3);
+            hash ^= hash >> 29;
+        }
+    }
+    hash | 1
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,80 @@
+//! What the engine gives.
+
+use std::fmt;
+
+use posefuse_skeleton::{Joint, RoomFrame, SensorId, Timestamp};
+use serde::{Deserialize, Serialize};
+
+/// One output of the engine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Output {
+    /// A fused frame.
+    Frame(RoomFrame),
+    /// A frame or a joint was refused; the rest was used.
+    Rejected(Rejection),
+    /// Nothing more for now. Send `Input::Tick` at this time unless another input comes first;
+    /// `None`: only an input can change anything.
+    WakeAt(Option<Timestamp>),
+}
+
+/// Something that was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rejection {
+    /// Whose it was.
+    pub sensor: SensorId,
+    /// When the server had received it.
+    pub time: Timestamp,
+    /// Why.
+    pub reason: RejectionReason,
+    /// The joint, if it was one joint and not the whole frame.
+    pub joint: Option<Joint>,
+}
+
+/// Why something was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum RejectionReason {
+    /// A coordinate, covariance or quaternion was NaN or infinite.
+    NonFinite,
+    /// A position no sensor can see (further than the configured range, or behind the lens).
+    Absurd,
+    /// The joint moved faster than a person can.
+    Jumped,
+    /// The frame was older than one already used, or the same again.
+    OutOfOrder,
+    /// The frame repeated the last one's positions bit by bit.
+    Repeated,
+    /// The agent's clock stepped; frames are held back until it is mapped again.
+    ClockStep,
+    /// The agent's clock is not mapped yet.
+    ClockUnknown,
+    /// The calibration in force does not know this sensor.
+    Uncalibrated,
+    /// The frame came from a sensor that never greeted.
+    UnknownSensor,
+    /// The frame came too late for the room's present.
+    Late,
+}
+
+impl RejectionReason {
+    /// The name used in metrics, takes and the dashboard.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NonFinite => "non-finite",
+            Self::Absurd => "absurd",
+            Self::Jumped => "jumped",
+            Self::OutOfOrder => "out-of-order",
+            Self::Repeated => "repeated",
+            Self::ClockStep => "clock-step",
+            Self::ClockUnknown => "clock-unknown",
+            Self::Uncalibrated => "uncalibrated",
+            Self::UnknownSensor => "unknown-sensor",
+            Self::Late => "late",
+        }
+    }
+}
+
+impl fmt::Display for RejectionReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

@@ -1,0 +1,229 @@
+//! A sensor's bodies are given to tracks: the cheapest assignment within a gate, a sensor's own ids as a hint.
+
+use nalgebra::Vector3;
+use posefuse_skeleton::{JOINT_COUNT, Joint, Provenance, SensorId, SensorSet, Timestamp};
+
+use super::cost::distance;
+use super::swap::{facing_cue, is_mirrored};
+use super::track::{JointEstimate, Sample, TrackState};
+use super::{People, Placed};
+use crate::Config;
+use crate::body::Body;
+use crate::config::AssociateConfig;
+use crate::noise::Noise;
+
+/// What no assignment can cost.
+const NEVER: f64 = 1e6;
+/// A candidate counts as this much further away than a person, metres.
+const CANDIDATE_HANDICAP_M: f64 = 0.05;
+/// The gate widens by this much per second without sight, up to the limit.
+const GATE_GROWTH_MPS: f64 = 0.8;
+const GATE_GROWTH_LIMIT_M: f64 = 0.8;
+/// A body of fewer joints does not begin a track.
+const MIN_JOINTS: usize = 6;
+/// Candidates beyond the people that are followed.
+const SPARE_CANDIDATES: usize = 8;
+
+impl People {
+    /// Takes what `sensor`, standing at `origin`, saw at `time`.
+    pub(crate) fn observe(
+        &mut self,
+        sensor: SensorId,
+        origin: Vector3<f64>,
+        time: Timestamp,
+        bodies: &[Placed],
+        config: &Config,
+    ) {
+        self.expire(time, &config.associate);
+        self.predict(time);
+        let chosen = self.assign(sensor, time, bodies, &config.associate);
+        for (placed, choice) in bodies.iter().zip(chosen) {
+            let index = match choice {
+                Some(index) => index,
+                None if placed.body.len() < MIN_JOINTS => continue,
+                None if self.is_full(&config.associate) => continue,
+                None => self.spawn(time),
+            };
+            self.release(sensor, placed.tracking_id, index);
+            let empty = Body::default();
+            let predicted = self.scratch.predicted.get(index).unwrap_or(&empty);
+            self.tracks[index].take(sensor, origin, time, placed, predicted, config);
+        }
+    }
+
+    /// Every track's pose at `time`, into the scratch.
+    fn predict(&mut self, time: Timestamp) {
+        self.scratch
+            .predicted
+            .resize_with(self.tracks.len(), Body::default);
+        for (track, into) in self.tracks.iter().zip(&mut self.scratch.predicted) {
+            track.predicted(time, into);
+        }
+    }
+
+    /// For each body the track it belongs to.
+    fn assign(
+        &mut self,
+        sensor: SensorId,
+        time: Timestamp,
+        bodies: &[Placed],
+        config: &AssociateConfig,
+    ) -> Vec<Option<usize>> {
+        let tracks = self.tracks.len();
+        if tracks == 0 {
+            return vec![None; bodies.len()];
+        }
+        // One spare column per body: to belong to nobody known costs as much as the gate is wide.
+        let columns = tracks + bodies.len();
+        self.scratch.cost.clear();
+        for placed in bodies {
+            for (track, predicted) in self.tracks.iter().zip(&self.scratch.predicted) {
+                self.scratch
+                    .cost
+                    .push(cost(track, predicted, placed, sensor, time, config));
+            }
+            self.scratch
+                .cost
+                .resize(self.scratch.cost.len() + bodies.len(), config.gate_m);
+        }
+        let chosen = self
+            .scratch
+            .hungarian
+            .solve(&self.scratch.cost, bodies.len(), columns);
+        let known = |(row, column): (usize, usize)| {
+            (column < tracks && self.scratch.cost[row * columns + column] < config.gate_m)
+                .then_some(column)
+        };
+        chosen.into_iter().enumerate().map(known).collect()
+    }
+
+    fn is_full(&self, config: &AssociateConfig) -> bool {
+        self.tracks.len() >= config.max_people + SPARE_CANDIDATES
+    }
+
+    fn spawn(&mut self, time: Timestamp) -> usize {
+        self.next_key += 1;
+        self.tracks.push(TrackState::spawn(self.next_key, time));
+        self.tracks.len() - 1
+    }
+
+    /// The sensor's person `tracking_id` is now track `index` and nobody else.
+    fn release(&mut self, sensor: SensorId, tracking_id: u64, index: usize) {
+        for (other, track) in self.tracks.iter_mut().enumerate() {
+            if other != index {
+                track
+                    .sources
+                    .retain(|s| (s.sensor, s.tracking_id) != (sensor, tracking_id));
+            }
+        }
+    }
+}
+
+/// Metres of distance, less what speaks for it beyond distance.
+fn cost(
+    track: &TrackState,
+    predicted: &Body,
+    placed: &Placed,
+    sensor: SensorId,
+    time: Timestamp,
+    config: &AssociateConfig,
+) -> f64 {
+    let bound = track
+        .source(sensor)
+        .is_some_and(|source| source.tracking_id == placed.tracking_id);
+    let Some(distance) = distance(&placed.body, predicted) else {
+        return if track.is_nowhere() && bound {
+            0.0
+        } else {
+            NEVER
+        };
+    };
+    let unseen_s = time.since_seconds(track.last_seen).max(0.0);
+    let growth = ((unseen_s - 0.1) * GATE_GROWTH_MPS).clamp(0.0, GATE_GROWTH_LIMIT_M);
+    let bonus = if bound { config.id_bonus_m } else { 0.0 };
+    let handicap = if track.id.is_none() {
+        CANDIDATE_HANDICAP_M
+    } else {
+        0.0
+    };
+    distance + handicap - bonus - growth
+}
+
+impl TrackState {
+    /// Takes one sensor's body as a sample of this person, left and right put right.
+    fn take(
+        &mut self,
+        sensor: SensorId,
+        origin: Vector3<f64>,
+        time: Timestamp,
+        placed: &Placed,
+        predicted: &Body,
+        config: &Config,
+    ) {
+        let walk = self.walk();
+        let source = self.source_mut(sensor, placed.tracking_id);
+        if source.tracking_id != placed.tracking_id {
+            source.tracking_id = placed.tracking_id;
+            source.samples.clear();
+        }
+        let mut body = placed.body.clone();
+        if config.fuse.swaps {
+            source.facing_cue = facing_cue(&body, origin, walk);
+            let was = source.mirrored;
+            source.mirrored = is_mirrored(&body, predicted, was);
+            if source.mirrored != was && source.samples.back().is_some() {
+                // Samples are never interpolated across a change of mind that may be wrong.
+                source.samples.clear();
+            }
+            if source.mirrored {
+                body.mirror();
+            }
+        }
+        if self.is_nowhere() {
+            self.plant(sensor, origin, time, &body, config);
+        }
+        self.hits = self.hits.saturating_add(1);
+        self.last_seen = self.last_seen.max(time);
+        self.source_mut(sensor, placed.tracking_id)
+            .push(Sample { time, body });
+    }
+
+    /// Mean velocity of the trunk, m/s.
+    fn walk(&self) -> Vector3<f64> {
+        let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+        for joint in Joint::TORSO {
+            if let Some(joint) = &self.pose[joint as usize] {
+                sum += joint.velocity;
+                count += 1.0;
+            }
+        }
+        if count > 0.0 { sum / count } else { sum }
+    }
+
+    /// Takes the first pose from one body.
+    fn plant(
+        &mut self,
+        sensor: SensorId,
+        origin: Vector3<f64>,
+        time: Timestamp,
+        body: &Body,
+        config: &Config,
+    ) {
+        let trusted = config.fuse.min_confidence;
+        self.pose_time = time;
+        for index in 0..JOINT_COUNT {
+            self.pose[index] = body.has(index).then(|| {
+                let confidence = f64::from(body.confidence[index]);
+                let position = body.position[index];
+                JointEstimate {
+                    position,
+                    velocity: Vector3::zeros(),
+                    covariance: Noise::of(position, origin, confidence, trusted, 0.0).covariance(),
+                    confidence,
+                    provenance: Provenance::Measured(SensorSet::only(sensor)),
+                    seen: time,
+                }
+            });
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Two tracks that are one person become one track.
+//!
+//! Told apart from people who hug by their sensors: each sensor sees two bodies of two people, but only one of one.
+
+use posefuse_skeleton::Timestamp;
+
+use super::cost::median_distance;
+use super::track::TrackState;
+use super::{AssociateConfig, People};
+use crate::body::Body;
+
+/// Sensors count as supporting a track for this long after a sample, ns.
+const SUPPORT_NS: i64 = 300_000_000;
+/// A candidate needs only this many coinciding frames to be taken into a person.
+const CANDIDATE_FRAMES: u32 = 3;
+
+impl People {
+    /// Counts coincidences and merges what coincided long enough.
+    pub(super) fn merge(&mut self, time: Timestamp, config: &AssociateConfig) {
+        let mut close = std::mem::take(&mut self.close);
+        let mut still = std::collections::BTreeMap::new();
+        let (mut a, mut b) = (0, 1);
+        while a + 1 < self.tracks.len() {
+            if b == self.tracks.len() {
+                (a, b) = (a + 1, a + 2);
+                continue;
+            }
+            let pair = (self.tracks[a].key, self.tracks[b].key);
+            if !coincide(&self.tracks[a], &self.tracks[b], time, config) {
+                b += 1;
+                continue;
+            }
+            let frames = close.remove(&pair).unwrap_or(0) + 1;
+            let candidate = self.tracks[a].id.is_none() || self.tracks[b].id.is_none();
+            let needed = if candidate {
+                CANDIDATE_FRAMES.min(config.merge_frames)
+            } else {
+                config.merge_frames
+            };
+            if frames < needed {
+                still.insert(pair, frames);
+                b += 1;
+                continue;
+            }
+            // Whoever has an id stays, else whoever was first.
+            let younger = if self.tracks[a].id.is_none() && self.tracks[b].id.is_some() {
+                a
+            } else {
+                b
+            };
+            let older = a + b - younger;
+            let gone = self.tracks[younger].clone();
+            self.tracks[older].absorb(gone);
+            self.tracks.remove(younger);
+            (a, b) = (0, 1);
+        }
+        self.close = still;
+    }
+}
+
+impl TrackState {
+    /// Takes over what `other` knew.
+    fn absorb(&mut self, other: TrackState) {
+        self.hits = self.hits.saturating_add(other.hits);
+        self.since = self.since.min(other.since);
+        self.last_seen = self.last_seen.max(other.last_seen);
+        for source in other.sources {
+            match self
+                .sources
+                .binary_search_by_key(&source.sensor, |s| s.sensor)
+            {
+                Ok(index) if self.sources[index].newest() < source.newest() => {
+                    self.sources[index] = source
+                }
+                Ok(_) => {}
+                Err(index) => self.sources.insert(index, source),
+            }
+        }
+    }
+}
+
+/// Whether the two are in one place and no sensor sees both.
+fn coincide(a: &TrackState, b: &TrackState, time: Timestamp, config: &AssociateConfig) -> bool {
+    let since = time.plus_ns(-SUPPORT_NS);
+    let (by_a, by_b) = (a.sensors_since(since), b.sensors_since(since));
+    if by_a.is_empty() || by_b.is_empty() || by_a.bits() & by_b.bits() != 0 {
+        return false;
+    }
+    let (mut body_a, mut body_b) = (Body::default(), Body::default());
+    a.predicted(time, &mut body_a);
+    b.predicted(time, &mut body_b);
+    median_distance(&body_a, &body_b).is_some_and(|distance| distance < config.merge_m)
+}
