@@ -1,4 +1,5 @@
-//! Generates the Rust code and the descriptor set of the wire from `proto/posefuse/v1/*.proto`.
+//! Generates the Rust code and the descriptor sets of our .proto files: the wire (`proto/posefuse/v1`) and what a
+//! take holds for viewers (`session/foxglove`).
 //!
 //! The result is checked in, so that building Posefuse needs no generator; `--check` compares instead of writing.
 
@@ -8,26 +9,52 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use prost::Message;
 
-const SOURCES: [&str; 4] = [
-    "posefuse/v1/types.proto",
-    "posefuse/v1/ingest.proto",
-    "posefuse/v1/room.proto",
-    "posefuse/v1/take.proto",
+/// One set of .proto files and where its generated code lies.
+struct Set {
+    /// The folder that imports start from.
+    root: &'static str,
+    sources: &'static [&'static str],
+    target: &'static str,
+    /// The file that prost makes of the package.
+    code: &'static str,
+}
+
+const SETS: [Set; 2] = [
+    Set {
+        root: "proto",
+        sources: &[
+            "posefuse/v1/types.proto",
+            "posefuse/v1/ingest.proto",
+            "posefuse/v1/room.proto",
+            "posefuse/v1/take.proto",
+        ],
+        target: "proto/src/generated",
+        code: "posefuse.v1.rs",
+    },
+    Set {
+        root: "session/foxglove",
+        sources: &["foxglove.proto"],
+        target: "session/src/generated",
+        code: "foxglove.rs",
+    },
 ];
 
-/// Writes (or with `check` compares) `proto/src/generated`.
+/// Writes (or with `check` compares) the generated folders.
 pub(crate) fn run(root: &Path, check: bool) -> Result<()> {
-    let proto = root.join("proto");
-    let descriptors =
-        protox::compile(SOURCES, [&proto]).context("the .proto files do not compile")?;
+    SETS.iter().try_for_each(|set| generate(root, set, check))
+}
+
+fn generate(root: &Path, set: &Set, check: bool) -> Result<()> {
+    let descriptors = protox::compile(set.sources, [root.join(set.root)])
+        .with_context(|| format!("the .proto files in {} do not compile", set.root))?;
     let fresh = tempdir()?;
     fs::write(fresh.join("descriptors.bin"), descriptors.encode_to_vec())?;
     tonic_prost_build::configure()
         .out_dir(&fresh)
         .compile_fds(descriptors)
         .context("code generation failed")?;
-    let target = proto.join("src/generated");
-    for name in ["posefuse.v1.rs", "descriptors.bin"] {
+    let target = root.join(set.target);
+    for name in [set.code, "descriptors.bin"] {
         let made = fs::read(fresh.join(name))?;
         let place = target.join(name);
         if !check {

@@ -1,0 +1,120 @@
+//! What can go wrong with a take: what was expected, what was found, what to do.
+
+use std::io;
+
+use posefuse_proto::WireError;
+use thiserror::Error;
+
+/// Something about a take or the folder of takes.
+#[derive(Debug, Error)]
+pub enum TakeError {
+    /// The name cannot be used.
+    #[error(
+        "take name `{0}`: use 1 to 100 of the letters a-z A-Z, digits, `.`, `_` and `-`, not `.` first"
+    )]
+    Name(String),
+    /// A take of this name is there.
+    #[error("take `{0}` exists already; choose another name")]
+    Exists(String),
+    /// No take has this name.
+    #[error("there is no take `{0}`")]
+    Missing(String),
+    /// The take has no footer.
+    #[error(
+        "take `{0}` has no end: it is still being recorded, or it was cut off and is repaired when the server starts next"
+    )]
+    Unfinished(String),
+    /// The file is not what a take must be.
+    #[error("take `{name}` cannot be read: {problem}")]
+    Damaged {
+        /// Whose file.
+        name: String,
+        /// What is wrong, where.
+        problem: String,
+    },
+    /// A message in the take breaks the rules of the wire.
+    #[error("take `{name}`, message {number} of {topic}: {problem}")]
+    Message {
+        /// The take.
+        name: String,
+        /// The topic.
+        topic: &'static str,
+        /// The message's number on its topic.
+        number: u32,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Too little space is free to begin.
+    #[error(
+        "only {} MB are free where takes go ({place}), {} MB are needed to begin: delete takes or choose another folder",
+        free_bytes / 1_000_000, needed_bytes / 1_000_000
+    )]
+    DiskLow {
+        /// The folder.
+        place: String,
+        /// What is free.
+        free_bytes: u64,
+        /// What is needed.
+        needed_bytes: u64,
+    },
+    /// The take ended by itself; what was accepted before is in the file.
+    #[error("the take has ended: {0}")]
+    Ended(String),
+    /// The take folder cannot be used.
+    #[error("take folder {place}: {source}; create it writable for this user, or name another one")]
+    Folder {
+        /// The folder.
+        place: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file system refused something.
+    #[error("cannot {doing} take `{name}`: {source}")]
+    Io {
+        /// What was tried.
+        doing: &'static str,
+        /// The take.
+        name: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The configuration of a take is none that this build can use.
+    #[error("the configuration of take `{name}`: {problem}")]
+    Config {
+        /// The take.
+        name: String,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+impl TakeError {
+    pub(crate) fn io(doing: &'static str, name: &str) -> impl FnOnce(io::Error) -> Self {
+        let name = name.to_owned();
+        move |source| Self::Io {
+            doing,
+            name,
+            source,
+        }
+    }
+
+    pub(crate) fn damaged(name: &str, problem: impl Into<String>) -> Self {
+        Self::Damaged {
+            name: name.to_owned(),
+            problem: problem.into(),
+        }
+    }
+}
+
+/// What is wrong inside one message, before it is known which one.
+#[derive(Debug, Error)]
+pub(crate) enum ContentError {
+    #[error(transparent)]
+    Wire(#[from] WireError),
+    #[error("no message of its schema: {0}")]
+    Protobuf(#[from] prost::DecodeError),
+    #[error("it is empty")]
+    Empty,
+    #[error("{0}")]
+    Value(String),
+}

@@ -1,0 +1,355 @@
+//! Fusing a take again: with other settings to improve it, or with the same ones to show that nothing is lost.
+//!
+//! With the recorded configuration and calibration the recorded ticks are replayed as they are. With others the
+//! engine asks for its own: ticks are made wherever its deadline lies before the next input.
+
+use std::sync::Arc;
+
+use posefuse_fusion::{Config, Engine, Input, Output, parse_toml};
+use posefuse_proto::room_frame_to_wire;
+use posefuse_skeleton::{Calibration, RoomFrame, Timestamp};
+use prost::Message;
+
+use crate::storage::Storage;
+use crate::writer::TakeOptions;
+use crate::{
+    Catalogue, EngineState, Entries, Entry, Recorded, Result, TakeError, TakeHeader, TakeInfo,
+    TakeReader, TakeWriter, Topic,
+};
+
+/// Between two flushes of the new take, nanoseconds of take time: it can be made again, so a crash may cost more.
+const FLUSH_EVERY_NS: i64 = 30_000_000_000;
+/// Inputs between two reports of progress.
+const PROGRESS_EVERY: u64 = 512;
+
+/// How to fuse again.
+#[derive(Clone, Debug, Default)]
+pub struct RefuseOptions {
+    /// Another configuration than the recorded one.
+    pub config: Option<Config>,
+    /// Another calibration, in place of every recorded one.
+    pub calibration: Option<Calibration>,
+    /// This build; the take's snapshot is used only if the same build made it.
+    pub build: String,
+    /// The new take's name; default: the old one's with `-refused`, numbered if that exists.
+    pub name: Option<String>,
+}
+
+/// How far fusing again has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RefuseProgress {
+    /// Inputs done.
+    pub done: u64,
+    /// Inputs there are.
+    pub total: u64,
+}
+
+/// What fusing again gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RefuseReport {
+    /// The new take.
+    pub take: TakeInfo,
+    /// Live inputs that were fused.
+    pub inputs: u64,
+    /// Frames the old take holds.
+    pub recorded_frames: u64,
+    /// Frames there are now.
+    pub frames: u64,
+    /// Every recorded frame came again, in order and byte for byte, and no other came (but from the last input:
+    /// a take that was cut off may lack that one's).
+    pub identical: bool,
+    /// The first frame that differs.
+    pub first_difference: Option<FrameDifference>,
+    /// It went on from the recorded snapshot; else it began cold.
+    pub from_snapshot: bool,
+}
+
+/// The first frame that is not the recorded one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FrameDifference {
+    /// How many frames before it were the same.
+    pub after: u64,
+    /// Time and number of the recorded frame there, if there is one.
+    pub recorded: Option<(Timestamp, u64)>,
+    /// Time and number of the new frame there, if there is one.
+    pub found: Option<(Timestamp, u64)>,
+}
+
+/// Fuses the take `name` again, into a new take.
+pub fn refuse(
+    storage: &Arc<dyn Storage>,
+    name: &str,
+    options: &RefuseOptions,
+    progress: &mut dyn FnMut(RefuseProgress),
+) -> Result<RefuseReport> {
+    let old = TakeReader::open(&**storage, name)?;
+    let plan = Plan::new(&old, options)?;
+    let new_name = match &options.name {
+        Some(name) => name.clone(),
+        None => Catalogue::unused_name(&**storage, &format!("{name}-refused"))?,
+    };
+    let header = TakeHeader {
+        name: new_name,
+        config_toml: plan.config_toml.clone(),
+        calibration: plan.calibration.clone(),
+        build: options.build.clone(),
+        ..old.header().clone()
+    };
+    let writer_options = TakeOptions {
+        flush_every_ns: FLUSH_EVERY_NS,
+        ..TakeOptions::default()
+    };
+    let snapshot = plan.snapshot.as_ref();
+    let writer =
+        TakeWriter::create_with(storage, header, &plan.preamble, snapshot, writer_options)?;
+    let mut run = Run {
+        engine: plan.engine,
+        writer,
+        recorded: old.entries(&[Topic::Frames], None),
+        inputs: 0,
+        frames: 0,
+        recorded_frames: 0,
+        first_difference: None,
+        surplus_after: None,
+    };
+    // A snapshot may hold frames that had not been taken yet.
+    run.drain()?;
+    let total = old.count(Topic::Inputs);
+    let mut skip = plan.recorded_beginning;
+    for entry in old.entries(&[Topic::Inputs, Topic::Events, Topic::Truth], None) {
+        match entry?.decode()? {
+            Recorded::Input(_) | Recorded::State(_) if skip > 0 => skip -= 1,
+            Recorded::Input(Input::Calibration(_)) if plan.other_calibration => {}
+            Recorded::Input(input) if plan.own_ticks => run.input_with_own_ticks(input)?,
+            Recorded::Input(input) => run.input(input)?,
+            Recorded::Event(event) => run.writer.event(&event)?,
+            Recorded::Truth(truth) => run.writer.truth(&truth)?,
+            _ => {}
+        }
+        if run.inputs % PROGRESS_EVERY == 0 {
+            let done = run.inputs.min(total);
+            progress(RefuseProgress { done, total });
+        }
+    }
+    progress(RefuseProgress { done: total, total });
+    run.finish(plan.snapshot.is_some())
+}
+
+/// What will be fused, with what, from where.
+struct Plan {
+    engine: Engine,
+    config_toml: String,
+    calibration: Option<Calibration>,
+    other_calibration: bool,
+    own_ticks: bool,
+    snapshot: Option<EngineState>,
+    preamble: Vec<Input>,
+    /// Messages of `/inputs` before the first live one.
+    recorded_beginning: usize,
+}
+
+impl Plan {
+    fn new(old: &TakeReader, options: &RefuseOptions) -> Result<Self> {
+        let header = old.header();
+        let wrong = |problem: String| TakeError::Config {
+            name: header.name.clone(),
+            problem,
+        };
+        let recorded = parse_toml::<Config>(&header.config_toml);
+        let same_config = match (&options.config, &recorded) {
+            (Some(config), Ok(recorded)) => config == recorded,
+            (Some(_), Err(_)) => false,
+            (None, _) => true,
+        };
+        let (config, config_toml) = match &options.config {
+            Some(config) if !same_config => {
+                let text =
+                    toml::to_string_pretty(config).map_err(|error| wrong(error.to_string()))?;
+                (config.clone(), text)
+            }
+            _ => {
+                let config = recorded.map_err(|error| {
+                    wrong(format!("{error}; this build does not know it, so give one"))
+                })?;
+                (config, header.config_toml.clone())
+            }
+        };
+        config
+            .validate()
+            .map_err(|error| wrong(error.to_string()))?;
+        let other_calibration =
+            options.calibration.is_some() && options.calibration != header.calibration;
+        let (state, mut preamble) = old.beginning()?;
+        let recorded_beginning = preamble.len() + usize::from(state.is_some());
+        let usable =
+            |state: &EngineState| same_config && !other_calibration && state.build == options.build;
+        let restored = state
+            .filter(usable)
+            .and_then(|state| Some((Engine::restore(config.clone(), &state.state).ok()?, state)));
+        let calibration = match &options.calibration {
+            Some(calibration) if other_calibration => {
+                preamble.retain(|input| !matches!(input, Input::Calibration(_)));
+                preamble.push(Input::Calibration(Arc::new(calibration.clone())));
+                Some(calibration.clone())
+            }
+            _ => header.calibration.clone(),
+        };
+        let (engine, snapshot) = match restored {
+            Some((engine, state)) => (engine, Some(state)),
+            None => (cold(config, &preamble), None),
+        };
+        Ok(Self {
+            engine,
+            config_toml,
+            calibration,
+            other_calibration,
+            own_ticks: !same_config || other_calibration,
+            snapshot,
+            preamble,
+            recorded_beginning,
+        })
+    }
+}
+
+fn cold(config: Config, preamble: &[Input]) -> Engine {
+    let mut engine = Engine::new(config);
+    for input in preamble {
+        engine.handle(input.clone());
+        while !matches!(engine.poll(), Output::WakeAt(_)) {}
+    }
+    engine
+}
+
+struct Run {
+    engine: Engine,
+    writer: TakeWriter,
+    recorded: Entries,
+    inputs: u64,
+    frames: u64,
+    recorded_frames: u64,
+    first_difference: Option<FrameDifference>,
+    /// Input after which the first frame came that the old take has not; it has all before.
+    surplus_after: Option<u64>,
+}
+
+impl Run {
+    fn input(&mut self, input: Input) -> Result<()> {
+        self.writer.input(&input)?;
+        self.inputs += 1;
+        let time = time_of(&input);
+        self.engine.handle(input);
+        self.drain()?;
+        if let Some(time) = time {
+            self.writer.flush(time)?;
+        }
+        Ok(())
+    }
+
+    /// Before the input, lets the engine have the ticks that it asks for; recorded ticks only tell the time.
+    fn input_with_own_ticks(&mut self, input: Input) -> Result<()> {
+        if let Some(now) = time_of(&input) {
+            let mut last = None;
+            while let Output::WakeAt(Some(wake)) = self.engine.poll() {
+                // A deadline that does not move on would never end.
+                if wake > now || last.is_some_and(|last| wake <= last) {
+                    break;
+                }
+                last = Some(wake);
+                self.input(Input::Tick(wake))?;
+            }
+        }
+        match input {
+            Input::Tick(_) => Ok(()),
+            input => self.input(input),
+        }
+    }
+
+    fn drain(&mut self) -> Result<()> {
+        loop {
+            match self.engine.poll() {
+                Output::Frame(frame) => self.frame(&frame)?,
+                Output::Rejected(rejection) => self.writer.rejection(&rejection)?,
+                Output::WakeAt(_) => return Ok(()),
+            }
+        }
+    }
+
+    fn frame(&mut self, frame: &RoomFrame) -> Result<()> {
+        self.writer.frame(frame)?;
+        let after = self.frames;
+        self.frames += 1;
+        let found = Some((frame.time, frame.number));
+        match self.recorded.next().transpose()? {
+            Some(entry) => {
+                self.recorded_frames += 1;
+                let same = entry.bytes == room_frame_to_wire(frame).encode_to_vec();
+                if !same && self.first_difference.is_none() {
+                    self.first_difference = Some(FrameDifference {
+                        after,
+                        recorded: number_of(&entry),
+                        found,
+                    });
+                }
+            }
+            None if self.surplus_after.is_none() => {
+                self.surplus_after = Some(self.inputs);
+                self.first_difference.get_or_insert(FrameDifference {
+                    after,
+                    recorded: None,
+                    found,
+                });
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn finish(mut self, from_snapshot: bool) -> Result<RefuseReport> {
+        let after = self.frames;
+        for entry in self.recorded.by_ref() {
+            let entry = entry?;
+            self.recorded_frames += 1;
+            self.first_difference.get_or_insert(FrameDifference {
+                after,
+                recorded: number_of(&entry),
+                found: None,
+            });
+        }
+        // Only the last input's frames may be missing in the old take.
+        let cut_off = self.surplus_after.is_some_and(|input| input == self.inputs);
+        if cut_off
+            && self
+                .first_difference
+                .as_ref()
+                .is_some_and(|first| first.recorded.is_none())
+        {
+            self.first_difference = None;
+        }
+        Ok(RefuseReport {
+            take: self.writer.finish()?,
+            inputs: self.inputs,
+            recorded_frames: self.recorded_frames,
+            frames: self.frames,
+            identical: self.first_difference.is_none(),
+            first_difference: self.first_difference,
+            from_snapshot,
+        })
+    }
+}
+
+fn number_of(entry: &Entry) -> Option<(Timestamp, u64)> {
+    match entry.decode() {
+        Ok(Recorded::Frame(frame)) => Some((frame.time, frame.number)),
+        _ => None,
+    }
+}
+
+/// When an input tells the engine how late it is.
+fn time_of(input: &Input) -> Option<Timestamp> {
+    match input {
+        Input::Observation(observation) => Some(observation.received),
+        Input::ClockSample(sample) => Some(sample.returned),
+        Input::Tick(time) => Some(*time),
+        Input::Sensor(_) | Input::Calibration(_) => None,
+    }
+}

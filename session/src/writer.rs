@@ -1,0 +1,471 @@
+//! Recording a take.
+//!
+//! The caller's thread is the recorder's; no clock is read here. What was given is durable after the next
+//! [`TakeWriter::flush`] that is due (every 250 ms): a chunk is closed, written and synced. When the disk fills up or
+//! fails, the take ends by itself with a valid footer and index and says why; the room goes on.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::Arc;
+
+use mcap::records::MessageHeader;
+use posefuse_fusion::{Input, Rejection};
+use posefuse_proto::room_frame_to_wire;
+use posefuse_skeleton::{Calibration, RoomFrame, Timestamp};
+use prost::Message;
+
+use crate::container::{Container, NewChannel, Pushed};
+use crate::header::{CALIBRATION, CONFIG, START, calibration_to_text};
+use crate::info::END;
+use crate::name::file_of;
+use crate::schema::schema_of;
+use crate::storage::Storage;
+use crate::tally::Tally;
+use crate::{
+    EngineState, Event, Result, TakeError, TakeHeader, TakeInfo, TakeState, Topic, Truth, convert,
+    scene,
+};
+
+/// Closed chunks are handed to the system when they are this many bytes, even between flushes.
+const PUSH_BYTES: usize = 256 * 1024;
+/// The sensors' places are repeated this often for viewers, nanoseconds.
+const TRANSFORMS_EVERY_NS: u64 = 1_000_000_000;
+
+/// How a take is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TakeOptions {
+    /// Between two flushes, nanoseconds. What a crash costs at most.
+    pub flush_every_ns: i64,
+    /// A take begins, and goes on, only while this many bytes stay free.
+    pub min_free_bytes: u64,
+    /// Between two frames for viewers, nanoseconds.
+    pub scene_every_ns: u64,
+}
+
+impl Default for TakeOptions {
+    fn default() -> Self {
+        Self {
+            flush_every_ns: 250_000_000,
+            min_free_bytes: 64 * 1024 * 1024,
+            scene_every_ns: 30_000_000,
+        }
+    }
+}
+
+/// What a flush tells.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Flushed {
+    /// Inputs that are durable, preamble and snapshot left out.
+    pub inputs: u64,
+    /// Frames that are durable.
+    pub frames: u64,
+    /// The file's bytes.
+    pub bytes: u64,
+    /// Why the take ended by itself, if it did.
+    pub ended: Option<String>,
+}
+
+/// A take that is being recorded.
+pub struct TakeWriter {
+    storage: Arc<dyn Storage>,
+    options: TakeOptions,
+    header: TakeHeader,
+    container: Container,
+    sequences: [u32; Topic::ALL.len()],
+    /// The latest server time seen: for messages without a time of their own.
+    now: Timestamp,
+    tally: Tally,
+    inputs: u64,
+    dropped: u64,
+    calibration: Option<Arc<Calibration>>,
+    next_scene: u64,
+    next_transforms: u64,
+    last_flush: Option<Timestamp>,
+    durable: Flushed,
+    finished: Option<TakeInfo>,
+}
+
+impl TakeWriter {
+    /// Begins a take with the usual options.
+    ///
+    /// `preamble` is what an engine must be told before the first live input (`Engine::preamble`); `state` is its
+    /// snapshot at that instant, which makes a take that began mid-stream fuse again to the same bytes.
+    pub fn create(
+        storage: &Arc<dyn Storage>,
+        header: TakeHeader,
+        preamble: &[Input],
+        state: Option<&EngineState>,
+    ) -> Result<Self> {
+        Self::create_with(storage, header, preamble, state, TakeOptions::default())
+    }
+
+    /// Begins a take.
+    pub fn create_with(
+        storage: &Arc<dyn Storage>,
+        header: TakeHeader,
+        preamble: &[Input],
+        state: Option<&EngineState>,
+        options: TakeOptions,
+    ) -> Result<Self> {
+        let file = file_of(&header.name)?;
+        let free_bytes = storage
+            .free_bytes()
+            .map_err(TakeError::io("begin", &header.name))?;
+        if free_bytes < options.min_free_bytes {
+            return Err(TakeError::DiskLow {
+                place: storage.place(),
+                free_bytes,
+                needed_bytes: options.min_free_bytes,
+            });
+        }
+        let file = storage.create(&file).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => TakeError::Exists(header.name.clone()),
+            _ => TakeError::io("begin", &header.name)(error),
+        })?;
+        let container = Container::new(file).map_err(|error| unwritable(&header.name, error))?;
+        let mut writer = Self {
+            storage: storage.clone(),
+            options,
+            now: Timestamp::from_ns(header.start_ns()),
+            container,
+            sequences: Default::default(),
+            tally: Tally::default(),
+            inputs: 0,
+            dropped: 0,
+            calibration: header.calibration.clone().map(Arc::new),
+            next_scene: 0,
+            next_transforms: 0,
+            last_flush: None,
+            durable: Flushed::default(),
+            finished: None,
+            header,
+        };
+        writer.begin(preamble, state)?;
+        Ok(writer)
+    }
+
+    fn begin(&mut self, preamble: &[Input], state: Option<&EngineState>) -> Result<()> {
+        self.write_start(preamble.len())?;
+        let start = self.start_unix_ns();
+        if let Some(state) = state {
+            self.message(Topic::Inputs, start, start, &convert::state_to_bytes(state))?;
+        }
+        for input in preamble {
+            self.write_input(input, Some(start))?;
+        }
+        self.write_transforms(start)?;
+        self.container
+            .close_chunk()
+            .map_err(|error| unwritable(&self.header.name, error))?;
+        let name = self.header.name.clone();
+        match self
+            .container
+            .push()
+            .map_err(TakeError::io("begin", &name))?
+        {
+            Pushed::Ample => self.container.sync().map_err(TakeError::io("begin", &name)),
+            Pushed::Ending(error) => Err(TakeError::io("set space aside for", &name)(error)),
+        }
+    }
+
+    /// The records that a list of takes can read without the rest, then the channels.
+    fn write_start(&mut self, preamble: usize) -> Result<()> {
+        let start = self.start_unix_ns();
+        let mut texts = vec![(CONFIG, self.header.config_toml.clone())];
+        if let Some(calibration) = &self.header.calibration {
+            let text = calibration_to_text(calibration).map_err(|error| TakeError::Config {
+                name: self.header.name.clone(),
+                problem: format!("the calibration has no text form: {error}"),
+            })?;
+            texts.push((CALIBRATION, text));
+        }
+        let write = |container: &mut Container| {
+            container.metadata(START, self.header.to_metadata(preamble))?;
+            for (name, text) in &texts {
+                container.attach(&mcap::Attachment {
+                    log_time: start,
+                    create_time: start,
+                    name: (*name).to_owned(),
+                    media_type: "application/toml".to_owned(),
+                    data: text.as_bytes().into(),
+                })?;
+            }
+            for (id, topic) in (1..).zip(Topic::ALL) {
+                container.add_schema(id, topic.schema(), "protobuf", &schema_of(topic))?;
+                container.add_channel(&NewChannel {
+                    id,
+                    topic: topic.name(),
+                    encoding: "protobuf",
+                    metadata: &BTreeMap::new(),
+                    schema_id: id,
+                })?;
+            }
+            Ok(())
+        };
+        write(&mut self.container).map_err(|error| unwritable(&self.header.name, error))
+    }
+
+    fn start_unix_ns(&self) -> u64 {
+        self.header
+            .unix_ns(Timestamp::from_ns(self.header.start_ns()))
+    }
+
+    /// Records what the engine consumes, in that order.
+    pub fn input(&mut self, input: &Input) -> Result<()> {
+        self.write_input(input, None)?;
+        self.inputs += 1;
+        if let Input::Calibration(calibration) = input {
+            self.calibration = Some(calibration.clone());
+            self.next_transforms = 0;
+        }
+        let now = self.header.unix_ns(self.now);
+        if now >= self.next_transforms {
+            self.write_transforms(now)?;
+        }
+        Ok(())
+    }
+
+    fn write_input(&mut self, input: &Input, logged: Option<u64>) -> Result<()> {
+        let time = match input {
+            Input::Observation(observation) => observation.received,
+            Input::ClockSample(sample) => sample.returned,
+            Input::Tick(time) => *time,
+            Input::Sensor(_) | Input::Calibration(_) => self.now,
+        };
+        if logged.is_none() {
+            self.now = self.now.max(time);
+        }
+        self.tally.count_input(input);
+        let time = self.header.unix_ns(time);
+        self.message(
+            Topic::Inputs,
+            logged.unwrap_or(time),
+            time,
+            &convert::input_to_bytes(input),
+        )
+    }
+
+    fn write_transforms(&mut self, unix_ns: u64) -> Result<()> {
+        self.next_transforms = unix_ns.saturating_add(TRANSFORMS_EVERY_NS);
+        match self.calibration.clone() {
+            Some(calibration) => {
+                let bytes = scene::transforms_of(&calibration, unix_ns);
+                self.message(Topic::Transforms, unix_ns, unix_ns, &bytes)
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Records a fused frame.
+    pub fn frame(&mut self, frame: &RoomFrame) -> Result<()> {
+        let time = self.header.unix_ns(frame.time);
+        self.message(
+            Topic::Frames,
+            time,
+            time,
+            &room_frame_to_wire(frame).encode_to_vec(),
+        )?;
+        self.tally.count_frame(frame.tracks.len());
+        if time >= self.next_scene {
+            self.next_scene = time.saturating_add(self.options.scene_every_ns);
+            self.message(Topic::Scene, time, time, &scene::scene_of(frame, time))?;
+        }
+        Ok(())
+    }
+
+    /// Records something that the engine refused.
+    pub fn rejection(&mut self, rejection: &Rejection) -> Result<()> {
+        let time = self.header.unix_ns(rejection.time);
+        self.message(
+            Topic::Rejections,
+            time,
+            time,
+            &convert::rejection_to_bytes(rejection),
+        )
+    }
+
+    /// Records something that happened around the engine.
+    pub fn event(&mut self, event: &Event) -> Result<()> {
+        let time = self.header.unix_ns(Timestamp::from_ns(event.time_ns));
+        self.message(Topic::Events, time, time, &convert::event_to_bytes(event))
+    }
+
+    /// Records where simulated people truly are.
+    pub fn truth(&mut self, truth: &Truth) -> Result<()> {
+        let time = self.header.unix_ns(truth.time);
+        self.message(Topic::Truth, time, time, &convert::truth_to_bytes(truth))
+    }
+
+    /// Counts inputs that could not be given to this writer (its queue was full).
+    pub fn dropped(&mut self, inputs: u64) {
+        self.dropped += inputs;
+    }
+
+    fn message(
+        &mut self,
+        topic: Topic,
+        log_time: u64,
+        publish_time: u64,
+        data: &[u8],
+    ) -> Result<()> {
+        if let Some(ended) = &self.finished {
+            return Err(TakeError::Ended(ended.trouble.clone()));
+        }
+        let header = MessageHeader {
+            channel_id: topic as u16 + 1,
+            sequence: self.sequences[topic as usize],
+            log_time,
+            publish_time,
+        };
+        self.container
+            .message(&header, data)
+            .map_err(|error| unwritable(&self.header.name, error))?;
+        self.sequences[topic as usize] = header.sequence.wrapping_add(1);
+        self.tally.count_time(log_time);
+        if self.container.pending_bytes() > PUSH_BYTES {
+            self.push()?;
+        }
+        Ok(())
+    }
+
+    /// Moves closed chunks to the file; ends the take when the disk does not take more.
+    fn push(&mut self) -> Result<()> {
+        match self.container.push() {
+            Ok(Pushed::Ample) => Ok(()),
+            Ok(Pushed::Ending(error)) | Err(error) => self.end(&disk_trouble(&error)),
+        }
+    }
+
+    /// Makes everything durable if a flush is due at `now` (server time), and tells what is durable.
+    ///
+    /// Call it after each batch, and at least as often as [`TakeOptions::flush_every_ns`].
+    pub fn flush(&mut self, now: Timestamp) -> Result<Flushed> {
+        let due = self
+            .last_flush
+            .is_none_or(|last| now.since_ns(last) >= self.options.flush_every_ns || now < last);
+        if due && self.finished.is_none() {
+            self.last_flush = Some(now);
+            self.now = self.now.max(now);
+            self.flush_all()?;
+        }
+        Ok(self.durable.clone())
+    }
+
+    fn flush_all(&mut self) -> Result<()> {
+        self.container
+            .close_chunk()
+            .map_err(|error| unwritable(&self.header.name, error))?;
+        if self.container.pending_bytes() > 0 {
+            self.push()?;
+            if self.finished.is_some() {
+                return Ok(());
+            }
+            if let Err(error) = self.container.sync() {
+                return self.end(&disk_trouble(&error));
+            }
+        }
+        self.note_durable();
+        match self.storage.free_bytes() {
+            Ok(free) if free < self.options.min_free_bytes => {
+                let megabytes = self.options.min_free_bytes / 1_000_000;
+                self.end(&format!(
+                    "less than {megabytes} MB were free in {}",
+                    self.storage.place()
+                ))
+            }
+            // Where the free space cannot be asked for, the space set aside has to do.
+            _ => Ok(()),
+        }
+    }
+
+    fn note_durable(&mut self) {
+        self.durable = Flushed {
+            inputs: self.inputs,
+            frames: self.tally.frames,
+            bytes: self.container.written_bytes(),
+            ended: None,
+        };
+    }
+
+    /// The server time at which the next flush is due; `None`: at once.
+    pub fn next_flush(&self) -> Option<Timestamp> {
+        self.last_flush
+            .map(|last| last.plus_ns(self.options.flush_every_ns))
+    }
+
+    /// The take's list entry as it stands.
+    pub fn info(&self) -> TakeInfo {
+        if let Some(finished) = &self.finished {
+            return finished.clone();
+        }
+        let mut info = TakeInfo::begun(&self.header);
+        self.tally.tell(self.start_unix_ns(), &mut info);
+        info.dropped = self.dropped;
+        info.size_bytes = self.container.written_bytes();
+        info
+    }
+
+    /// Ends the take because of the disk: footer and index go into the space that was set aside.
+    fn end(&mut self, trouble: &str) -> Result<()> {
+        tracing::warn!(take = self.header.name, trouble, "the take ends by itself");
+        let event = Event {
+            time_ns: self.now.ns(),
+            kind: "take-ended".to_owned(),
+            text: trouble.to_owned(),
+            ..Event::default()
+        };
+        let time = self.header.unix_ns(self.now);
+        let header = MessageHeader {
+            channel_id: Topic::Events as u16 + 1,
+            sequence: self.sequences[Topic::Events as usize],
+            log_time: time,
+            publish_time: time,
+        };
+        let written = self
+            .container
+            .message(&header, &convert::event_to_bytes(&event));
+        written.map_err(|error| unwritable(&self.header.name, error))?;
+        self.close(trouble)?;
+        self.durable.ended = Some(trouble.to_owned());
+        Ok(())
+    }
+
+    fn close(&mut self, trouble: &str) -> Result<()> {
+        let mut info = self.info();
+        info.state = TakeState::Complete;
+        info.trouble = trouble.to_owned();
+        self.finished = Some(info.clone());
+        let name = &self.header.name;
+        self.container
+            .metadata(END, info.to_metadata())
+            .map_err(|error| unwritable(name, error))?;
+        info.size_bytes = self
+            .container
+            .finish()
+            .map_err(TakeError::io("end", name))?;
+        self.note_durable();
+        self.finished = Some(info);
+        Ok(())
+    }
+
+    /// Ends the take: everything is durable, with index and footer.
+    pub fn finish(mut self) -> Result<TakeInfo> {
+        if self.finished.is_none() {
+            self.close("")?;
+        }
+        Ok(self.finished.unwrap_or_default())
+    }
+}
+
+fn disk_trouble(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "the disk was full; free space or choose another take folder".to_owned()
+        }
+        _ => format!("the disk failed: {error}"),
+    }
+}
+
+fn unwritable(name: &str, error: mcap::McapError) -> TakeError {
+    TakeError::io("write", name)(io::Error::other(error))
+}
