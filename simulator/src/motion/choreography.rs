@@ -10,7 +10,7 @@ use nalgebra::Vector2;
 use super::action::Action;
 use super::curve::unwrapped;
 use super::route::Route;
-use super::script::{Plan, SETTLING};
+use super::script::Plan;
 use super::steps::Place;
 use crate::random::{Purpose, Stream};
 
@@ -81,7 +81,7 @@ impl Stage {
 
     fn plan_on(&mut self, person: usize) {
         let now = self.plans[person].now();
-        if self.hugs && now - self.since_hug > 18.0 {
+        if self.hugs && now - self.since_hug > 35.0 {
             self.since_hug = now;
             let other = (person + 1 + self.stream.below(self.plans.len() - 1)) % self.plans.len();
             if self.hug(person, other) {
@@ -91,7 +91,7 @@ impl Stage {
         if !self.walk_about(person) {
             self.plans[person].act(Action::Stand, 0.7);
         }
-        if self.stream.chance(0.75) {
+        if self.stream.chance(0.85) {
             self.do_something(person);
         }
     }
@@ -124,8 +124,8 @@ impl Stage {
     fn walk_about(&mut self, person: usize) -> bool {
         let (here, now) = (self.plans[person].here, self.plans[person].now());
         let mut found: Vec<(f64, Vec<Route>)> = Vec::new();
-        for _ in 0..60 {
-            let corners: Vec<Vector2<f64>> = (0..1 + self.stream.below(4))
+        for _ in 0..120 {
+            let corners: Vec<Vector2<f64>> = (0..2 + self.stream.below(4))
                 .map(|_| self.somewhere())
                 .collect();
             let speed = self.stream.between(0.65, 1.0);
@@ -145,9 +145,7 @@ impl Stage {
         let Some((_, routes)) = found.into_iter().next() else {
             return false;
         };
-        routes
-            .into_iter()
-            .for_each(|route| self.plans[person].go(route));
+        self.plans[person].go(routes);
         true
     }
 
@@ -179,7 +177,7 @@ impl Stage {
                 let meet = self.plans[a].now().max(self.plans[b].now()).max(start);
                 let (shortest, longest) = Action::Hug(0).durations();
                 let duration = self.stream.between(shortest, longest);
-                if self.clearance(a, &[b], meet, duration + 6.0, &|_| centre) >= 1.1 {
+                if self.clearance(a, &[b], meet, duration + 7.0, &|_| centre) >= 1.1 {
                     self.embrace([(a, b), (b, a)], meet, duration);
                     return true;
                 }
@@ -194,65 +192,85 @@ impl Stage {
         for (person, other) in pairs {
             let plan = &mut self.plans[person];
             plan.wait_until(meet);
-            plan.go(Route::Shuffle {
+            plan.go(vec![Route::Shuffle {
                 from: plan.here,
                 by: step,
-            });
+            }]);
             plan.act(Action::Hug(other), duration);
-            plan.go(Route::Shuffle {
+            plan.go(vec![Route::Shuffle {
                 from: plan.here,
                 by: -step,
-            });
+            }]);
         }
     }
 
     /// Straight to `goal`, in its heading at the end, if nobody comes closer than `clearance`.
     fn go_to(&mut self, person: usize, goal: Place, clearance: f64) -> bool {
-        let (here, now) = (self.plans[person].here, self.plans[person].now());
+        self.go_by(person, &[goal.at], goal.heading, clearance)
+    }
+
+    /// The same by one random detour after another.
+    fn go_round_to(&mut self, person: usize, goal: Place, clearance: f64) -> bool {
+        (0..25).any(|_| {
+            let corners = [self.somewhere(), goal.at];
+            self.go_by(person, &corners, goal.heading, clearance)
+        })
+    }
+
+    fn go_by(
+        &mut self,
+        person: usize,
+        corners: &[Vector2<f64>],
+        heading: f64,
+        clearance: f64,
+    ) -> bool {
+        let mut from = self.plans[person].here;
         let mut routes = Vec::new();
-        if (goal.at - here.at).norm() > 0.15 {
-            let middle = (here.at + goal.at) * 0.5;
-            let Some(way) = ways(here, &[middle, goal.at], 0.85) else {
-                return false;
-            };
-            routes = way;
-        } else if goal.at != here.at {
-            return false;
+        for corner in corners {
+            let way = corner - from.at;
+            if way.norm() > 1e-3 {
+                routes.extend(turn(from, way.y.atan2(way.x)));
+                let facing = routes.last().map_or(from, Route::end);
+                let Some(walk) = Route::walk(facing, &[*corner], 0.85) else {
+                    return false;
+                };
+                from = walk.end();
+                routes.push(walk);
+            }
         }
-        let arrived = routes.last().map_or(here, Route::end);
-        let by = unwrapped(goal.heading, arrived.heading) - arrived.heading;
-        if by.abs() > 1e-9 {
-            routes.push(Route::Turn { from: arrived, by });
-        }
+        routes.extend(turn(from, heading));
+        let now = self.plans[person].now();
         let free = self.clearance_of(person, &[], now, &routes) >= clearance;
         if free {
-            routes
-                .into_iter()
-                .for_each(|route| self.plans[person].go(route));
+            self.plans[person].go(routes);
         }
         free
     }
 
     /// Everybody goes back to where they began; who is in the way is waited for or moved on.
     fn all_go_home(&mut self) {
-        const PATIENCE: usize = 40;
+        const PATIENCE: usize = 16;
         for round in 0..=PATIENCE {
-            // In the last round nobody minds anybody.
-            let clearance = if round == PATIENCE { 0.0 } else { CLEARANCE_M };
+            // People squeeze past each other in the end; in the last round nobody minds anybody.
+            let clearance = match round {
+                0..10 => CLEARANCE_M,
+                PATIENCE => 0.0,
+                _ => 0.75 * CLEARANCE_M,
+            };
             let mut away = 0;
             for person in 0..self.plans.len() {
                 let home = self.plans[person].home();
                 let here = self.plans[person].here;
-                let facing = (unwrapped(home.heading, here.heading) - here.heading).abs() < 1e-9;
-                if (home.at == here.at && facing) || self.go_to(person, home, clearance) {
+                let there = home.at == here.at && turn(here, home.heading).is_none();
+                if there
+                    || self.go_to(person, home, clearance)
+                    || self.go_round_to(person, home, clearance)
+                {
                     continue;
                 }
                 away += 1;
-                if round == PATIENCE
-                    || (home.at - here.at).norm() <= 0.15
-                    || !self.walk_about(person)
-                {
-                    self.plans[person].act(Action::Stand, 0.7);
+                if round % 2 == 0 || !self.walk_about(person) {
+                    self.plans[person].act(Action::Stand, 1.4);
                 }
             }
             if away == 0 {
@@ -269,7 +287,10 @@ impl Stage {
         let mut closest = f64::INFINITY;
         let mut time = start;
         for route in routes {
-            let duration = route.duration() + SETTLING;
+            if closest < CLEARANCE_M * 0.5 {
+                return closest;
+            }
+            let duration = route.duration();
             let at = |after: f64| route.at(after.min(route.duration())).at;
             closest = closest.min(self.clearance(person, exempt, time, duration, &at));
             time += duration;
@@ -288,18 +309,20 @@ impl Stage {
         duration: f64,
         at: &dyn Fn(f64) -> Vector2<f64>,
     ) -> f64 {
+        // Closer than this is refused everywhere, so that nobody needs to know how much closer.
+        let enough_said = 0.5 * CLEARANCE_M;
         let mut closest = f64::INFINITY;
         let others = self.plans.iter().enumerate();
         for (_, plan) in others.filter(|(i, _)| *i != person && !exempt.contains(i)) {
             // Nobody moves after the end of their plan, so that one look is enough there.
             let last = duration.min((plan.now() - start).max(0.0));
             let mut after = 0.0;
-            while after < last {
+            while after < last && closest > enough_said {
                 closest = closest.min((at(after) - plan.middle(start + after)).norm());
                 after += 0.15;
             }
             let mut after = last;
-            while after <= duration {
+            while after <= duration && closest > enough_said {
                 closest = closest.min((at(after) - plan.here.at).norm());
                 after += 0.3;
             }
@@ -308,25 +331,25 @@ impl Stage {
     }
 }
 
-/// Turning towards the first corner where needed, then walking. `None` if the way is too tight.
+/// A turn on the spot, the short way round; `None` if one already faces there.
+fn turn(from: Place, heading: f64) -> Option<Route> {
+    let by = unwrapped(heading, from.heading) - from.heading;
+    (by.abs() > 1e-9).then_some(Route::Turn { from, by })
+}
+
+/// Turning towards the first corner where needed, then walking. `None` if corners are too close or a bend too tight.
 fn ways(here: Place, corners: &[Vector2<f64>], speed: f64) -> Option<Vec<Route>> {
-    let mut routes = Vec::new();
-    let mut from = here;
-    let mut last = here.at;
-    for corner in corners {
-        if (corner - last).norm() < 0.45 {
-            return (corners.len() == 2 && (corners[1] - here.at).norm() < 0.9)
-                .then(|| ways(here, &corners[1..], speed))
-                .flatten();
-        }
-        last = *corner;
+    let starts = std::iter::once(&here.at).chain(corners);
+    if starts.zip(corners).any(|(a, b)| (a - b).norm() < 0.45) {
+        return None;
     }
     let first = corners.first()? - here.at;
-    let by = unwrapped(first.y.atan2(first.x), here.heading) - here.heading;
-    if by.abs() > 0.5 {
-        routes.push(Route::Turn { from, by });
-        from = routes[0].end();
-    }
+    let towards = first.y.atan2(first.x);
+    let mut routes: Vec<Route> = turn(here, towards)
+        .filter(|_| (unwrapped(towards, here.heading) - here.heading).abs() > 0.5)
+        .into_iter()
+        .collect();
+    let from = routes.last().map_or(here, Route::end);
     routes.push(Route::walk(from, corners, speed)?);
     Some(routes)
 }

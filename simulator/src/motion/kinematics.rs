@@ -134,14 +134,14 @@ pub(crate) fn assemble(
         Joint::Head,
         neck + head_rotation * about_y(0.15) * Vector3::new(0.0, 0.0, shape.head),
     );
-    for side in 0..2 {
+    for (side, foot) in feet.iter().enumerate() {
         arm(shape, posture, side, top, chest, &mut put);
         leg(
             shape,
             posture,
             side,
             (base, pelvis_rotation),
-            &feet[side],
+            foot,
             &mut put,
         );
     }

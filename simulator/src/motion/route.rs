@@ -23,7 +23,7 @@ impl Route {
     /// Seconds from start to end.
     pub(crate) fn duration(&self) -> f64 {
         match self {
-            Self::Turn { by, .. } => 0.6 + by.abs() / 1.3,
+            Self::Turn { by, .. } => 0.6 + by.abs() / 1.6,
             Self::Shuffle { by, .. } => 0.8 + by.abs() / 0.5,
             Self::Walk { curve, speed } => eased_duration(curve.length(), *speed, EASE),
         }
@@ -100,7 +100,7 @@ impl Curve {
             so_far + (last - before.at).norm(),
             Place { at: last, ..before },
         ));
-        (so_far > 0.1).then_some(Self { points, sharpest })
+        (so_far > 1e-3).then_some(Self { points, sharpest })
     }
 
     fn length(&self) -> f64 {

@@ -73,15 +73,17 @@ impl Plan {
         self.push(action, duration, None);
     }
 
-    /// Adds a way, and the moment it takes to bring the feet together after it.
-    pub(crate) fn go(&mut self, route: Route) {
-        let action = match route {
-            Route::Turn { .. } => Action::Turn,
-            Route::Shuffle { .. } => Action::Shuffle,
-            Route::Walk { .. } => Action::Walk,
-        };
-        self.here = route.end();
-        self.push(action, route.duration(), Some(route));
+    /// Adds ways, one right after the other, and the moment it takes to bring the feet together after the last.
+    pub(crate) fn go(&mut self, routes: Vec<Route>) {
+        for route in routes {
+            let action = match route {
+                Route::Turn { .. } => Action::Turn,
+                Route::Shuffle { .. } => Action::Shuffle,
+                Route::Walk { .. } => Action::Walk,
+            };
+            self.here = route.end();
+            self.push(action, route.duration(), Some(route));
+        }
         self.act(Action::Stand, SETTLING);
     }
 
@@ -135,21 +137,25 @@ impl Plan {
         )
     }
 
-    /// The intervals in which the person moves over the floor, seconds.
+    /// The intervals in which the person moves over the floor, seconds; at least [`SETTLING`] lies between them.
     pub(crate) fn moving(&self) -> Vec<(f64, f64)> {
-        let moves = |(action, route): (&TimedAction, &Option<Route>)| {
-            route
-                .as_ref()
-                .map(|_| (action.start, action.start + action.duration))
-        };
-        self.script
+        let mut intervals: Vec<(f64, f64)> = Vec::new();
+        for (action, _) in self
+            .script
             .actions
             .iter()
             .zip(&self.routes)
-            .filter_map(moves)
-            .collect()
+            .filter(|(_, route)| route.is_some())
+        {
+            let end = action.start + action.duration;
+            match intervals.last_mut() {
+                Some((_, last)) if action.start - *last < 1e-6 => *last = end,
+                _ => intervals.push((action.start, end)),
+            }
+        }
+        intervals
     }
 }
 
-/// Seconds a person stands after each way; the feet need it to come together.
+/// Seconds a person stands after going somewhere; the feet need it to come together.
 pub(crate) const SETTLING: f64 = 1.25;

@@ -47,9 +47,16 @@ const RAY_SPREAD_M: f64 = 0.03;
 /// Flesh this close in front of a joint is its own and does not hide it, metres.
 const OWN_DEPTH_M: f64 = 0.06;
 
+/// A capsule in its place.
+struct Limb {
+    joints: [Joint; 2],
+    ends: [Vector3<f64>; 2],
+    radius: f64,
+}
+
 /// The capsules of one body, ready for rays from the origin of frame `F`.
 pub(crate) struct Flesh {
-    limbs: Vec<(usize, Vector3<f64>, Vector3<f64>)>,
+    limbs: Vec<Limb>,
     centre: Vector3<f64>,
     radius: f64,
 }
@@ -57,11 +64,15 @@ pub(crate) struct Flesh {
 impl Flesh {
     /// Around the joints that are there.
     pub(crate) fn new<F: Frame>(joints: &JointMap<Position<F>>) -> Self {
-        let limb = |(index, capsule): (usize, &Capsule)| {
+        let limb = |capsule: &Capsule| {
             let [a, b] = capsule.ends;
-            Some((index, joints[a]?.vector(), joints[b]?.vector()))
+            Some(Limb {
+                joints: capsule.ends,
+                ends: [joints[a]?.vector(), joints[b]?.vector()],
+                radius: capsule.radius,
+            })
         };
-        let limbs: Vec<_> = CAPSULES.iter().enumerate().filter_map(limb).collect();
+        let limbs: Vec<Limb> = CAPSULES.iter().filter_map(limb).collect();
         let count = joints.len().max(1) as f64;
         let centre = joints.iter().map(|(_, p)| p.vector()).sum::<Vector3<f64>>() / count;
         let furthest = |reach: f64, p: Vector3<f64>| reach.max((p - centre).norm());
@@ -73,15 +84,19 @@ impl Flesh {
         }
     }
 
-    /// Whether the straight way from the origin to `target` passes through, leaving out capsules that end at `own`
-    /// (or at a joint next to it, where bones overlap).
-    fn blocks(&self, target: Vector3<f64>, own: Option<Joint>) -> bool {
-        let depth = target.norm();
-        let end = target * ((depth - OWN_DEPTH_M).max(0.0) / depth.max(1e-9));
-        self.limbs.iter().any(|&(index, a, b)| {
-            let Capsule { ends, radius } = &CAPSULES[index];
-            let its_own = own.is_some_and(|joint| ends.iter().any(|end| touches(*end, joint)));
-            !its_own && squared_distance(end, a, b) < radius * radius
+    /// The limbs that come within `margin` of the straight way from the origin to `target`, leaving out those that
+    /// end at `own` (or at a joint next to it, where bones overlap).
+    fn limbs_near(
+        &self,
+        target: Vector3<f64>,
+        own: Option<Joint>,
+        margin: f64,
+    ) -> impl Iterator<Item = &Limb> {
+        let end = before(target);
+        self.limbs.iter().filter(move |limb| {
+            let its_own = own.is_some_and(|joint| limb.joints.iter().any(|j| touches(*j, joint)));
+            let reach = limb.radius + margin;
+            !its_own && squared_distance(end, limb.ends[0], limb.ends[1]) < reach * reach
         })
     }
 
@@ -115,20 +130,32 @@ pub(crate) fn visible_share(
     let Some(ahead) = target.try_normalize(1e-9) else {
         return 0.0;
     };
+    let in_the_way: Vec<&Limb> = bodies
+        .iter()
+        .enumerate()
+        .filter(|(_, flesh)| flesh.near(target))
+        .flat_map(|(index, flesh)| {
+            flesh.limbs_near(target, (index == body).then_some(joint), RAY_SPREAD_M)
+        })
+        .collect();
+    if in_the_way.is_empty() {
+        return 1.0;
+    }
     let (right, down) = across(ahead);
-    let free = |target: &Vector3<f64>| {
-        !bodies.iter().enumerate().any(|(index, flesh)| {
-            flesh.near(*target) && flesh.blocks(*target, (index == body).then_some(joint))
+    let beside = [Vector3::zeros(), right, -right, down, -down];
+    let free = |aside: &&Vector3<f64>| {
+        let end = before(target + **aside * RAY_SPREAD_M);
+        !in_the_way.iter().any(|limb| {
+            squared_distance(end, limb.ends[0], limb.ends[1]) < limb.radius * limb.radius
         })
     };
-    let targets = [
-        target,
-        target + right * RAY_SPREAD_M,
-        target - right * RAY_SPREAD_M,
-        target + down * RAY_SPREAD_M,
-        target - down * RAY_SPREAD_M,
-    ];
-    targets.iter().filter(|target| free(target)).count() as f64 / targets.len() as f64
+    beside.iter().filter(free).count() as f64 / beside.len() as f64
+}
+
+/// The end of a ray to `target`: just in front of it.
+fn before(target: Vector3<f64>) -> Vector3<f64> {
+    let depth = target.norm();
+    target * ((depth - OWN_DEPTH_M).max(0.0) / depth.max(1e-9))
 }
 
 /// Two unit vectors across `ahead` (a unit vector) and each other.
