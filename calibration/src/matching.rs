@@ -68,8 +68,8 @@ pub(crate) fn compare(a: &Pose, b: &Pose, a_from_b: &Isometry3<f64>) -> Option<(
     });
     let score = |mirrored: bool| {
         let (mut score, mut count) = (0.0, 0);
-        for joint in 0..JOINT_COUNT {
-            let other = if mirrored { MIRRORED[joint] } else { joint };
+        for (joint, other_side) in MIRRORED.into_iter().enumerate() {
+            let other = if mirrored { other_side } else { joint };
             if let (Some(p), Some(q), Some(of_b)) =
                 (&a.joints[joint], placed[other], &b.joints[other])
             {

@@ -52,7 +52,7 @@ pub(crate) fn judge(
     }
     check_floor(floor, options, &mut reasons);
     let mut reasons = reasons.0;
-    reasons.sort_by(|x, y| y.severity.cmp(&x.severity));
+    reasons.sort_by_key(|reason| std::cmp::Reverse(reason.severity));
     let verdict = reasons.first().map_or(Verdict::Passed, |r| r.severity);
     (verdict, reasons)
 }

@@ -1,5 +1,7 @@
 //! The collector: bounded, and honest about what has been seen.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod common;
 
 use common::{Errors, Scene};

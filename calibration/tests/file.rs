@@ -1,5 +1,7 @@
 //! The calibration file: what it keeps, what it looks like, what it refuses.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::collections::BTreeMap;
 
 use nalgebra::{UnitQuaternion, Vector3};

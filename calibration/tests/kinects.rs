@@ -4,6 +4,8 @@
 //! `../shared/data` beside the project. Times are the device's own, moved to the server's by the median difference,
 //! because the server's stamp of a row is up to 150 ms off.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;

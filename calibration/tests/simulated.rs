@@ -1,5 +1,7 @@
 //! The project's own simulator: occlusion, guessed joints, missing joints, swaps, spikes, false clocks.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::sync::Arc;
 
 use posefuse_calibration::{Options, Verdict, Walk, WalkBody, WalkFrame, WalkJoint, solve};

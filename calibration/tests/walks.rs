@@ -219,6 +219,17 @@ fn standing_still_fails() {
 }
 
 #[test]
+fn a_report_survives_json() {
+    let scene = Scene::ring(2, 8.0, Errors::USUAL, 16);
+    let solution = solve(&scene.record().0, &options()).unwrap();
+    let text = serde_json::to_string(&solution.report).unwrap();
+    let read: posefuse_calibration::Report = serde_json::from_str(&text).unwrap();
+    assert_eq!(read.reasons, solution.report.reasons);
+    assert_eq!(read.sensors.len(), 2);
+    assert!(text.contains("\"verdict\":\"weak\""), "{text}");
+}
+
+#[test]
 fn too_few_frames_fail() {
     let scene = Scene::ring(3, 2.0, Errors::USUAL, 11);
     let solution = solve(&scene.record().0, &options()).unwrap();
