@@ -3,6 +3,7 @@
 import { render } from "preact";
 import { startLive } from "./state/live";
 import { startPrefs } from "./state/prefs";
+import { startTitle } from "./state/title";
 import { App } from "./ui/App";
 import { startKeys } from "./ui/keys";
 import "./styles/theme.css";
@@ -13,4 +14,5 @@ import "./styles/view.css";
 startPrefs();
 startKeys();
 startLive();
+startTitle();
 render(<App />, document.getElementById("app")!);

@@ -6,17 +6,16 @@ export function fixed(value: number | undefined, digits: number, unit = ""): str
   if (value === undefined || !Number.isFinite(value)) return DASH;
   const text = value.toFixed(digits);
   const plain = Number(text) === 0 ? (0).toFixed(digits) : text;
-  return plain.replace("-", "−") + (unit ? `\u202f${unit}` : "");
+  return plain.replace("-", "−") + (unit ? `\u00a0${unit}` : "");
 }
 
-/** `+1.2 ± 0.3 ms`; seconds once the offset passes a second. */
+/** `+1.2 ± 0.3 ms`; `−3600.012 s ± 0.3 ms` once the offset passes a second. */
 export function offset(ms: number | undefined, error: number | undefined): string {
   if (ms === undefined) return DASH;
   const large = Math.abs(ms) >= 1000;
-  const sign = ms > 0 ? "+" : "";
-  const value = sign + fixed(large ? ms / 1000 : ms, large ? 3 : 1);
-  const bound = error === undefined ? "" : ` ±\u202f${fixed(large ? error / 1000 : error, large ? 3 : 1)}`;
-  return `${value}${bound}\u202f${large ? "s" : "ms"}`;
+  const value = (ms > 0 ? "+" : "") + (large ? fixed(ms / 1000, 3, "s") : fixed(ms, 1));
+  if (error === undefined) return large ? value : `${value}\u00a0ms`;
+  return `${value} ±\u00a0${fixed(error, 1, "ms")}`;
 }
 
 /** `0:07.3` for running figures, `1:02:03` past an hour. */
@@ -38,7 +37,7 @@ export function bytes(count: bigint | number): string {
     value /= 1000;
     unit += 1;
   }
-  return `${value.toFixed(unit === 0 || value >= 100 ? 0 : 1)}\u202f${units[unit]}`;
+  return `${value.toFixed(unit === 0 || value >= 100 ? 0 : 1)}\u00a0${units[unit]}`;
 }
 
 export function count(value: bigint | number): string {

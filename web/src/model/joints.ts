@@ -52,8 +52,8 @@ export const BONES: readonly (readonly [number, number])[] = (
 export const PLOTTED_JOINTS: readonly { joint: number; label: string }[] = [
   { joint: jointIndex("SpineBase"), label: "Pelvis" },
   { joint: jointIndex("Head"), label: "Head" },
-  { joint: jointIndex("HandLeft"), label: "Left hand" },
-  { joint: jointIndex("HandRight"), label: "Right hand" },
-  { joint: jointIndex("FootLeft"), label: "Left foot" },
-  { joint: jointIndex("FootRight"), label: "Right foot" },
+  { joint: jointIndex("HandLeft"), label: "L hand" },
+  { joint: jointIndex("HandRight"), label: "R hand" },
+  { joint: jointIndex("FootLeft"), label: "L foot" },
+  { joint: jointIndex("FootRight"), label: "R foot" },
 ];

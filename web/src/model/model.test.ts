@@ -124,8 +124,9 @@ describe("raw skeletons", () => {
 describe("calibration progress", () => {
   it("names the partner with most shared frames", () => {
     const progress = create(SensorProgressSchema, { sensor: "a", cells: 8, shared: { b: 30n, c: 90n } });
-    expect(linkOf(progress)).toEqual({ partner: "c", frames: 90, grade: "fair" });
-    expect([coverage(2), coverage(progress.cells), coverage(20)]).toEqual(["few", "fair", "good"]);
+    expect(linkOf(progress, 10)).toEqual({ partner: "c", seconds: 9, grade: "fair" });
+    expect(linkOf(progress, 0)).toEqual({ partner: "c", seconds: 3, grade: "few" });
+    expect([coverage(2), coverage(5), coverage(progress.cells)]).toEqual(["few", "fair", "good"]);
   });
 });
 

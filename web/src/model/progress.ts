@@ -4,17 +4,25 @@ import type { SensorProgress } from "../gen/posefuse/v1/room_pb";
 
 export type Grade = "few" | "fair" | "good";
 
-function grade(n: number, fair: number, good: number): Grade {
-  return n >= good ? "good" : n >= fair ? "fair" : "few";
+/** What a walk needs of each sensor: floor cells of 0.5 m, and seconds of view shared with one other sensor. */
+const WANTED = { cells: 8, seconds: 15 };
+
+function grade(n: number, wanted: number): Grade {
+  return n >= wanted ? "good" : n >= wanted / 2 ? "fair" : "few";
 }
 
-/** Floor cells of 0.5 m: 6 are a step or two each way, 14 the walk of half a small room. */
 export function coverage(cells: number): Grade {
-  return grade(cells, 6, 14);
+  return grade(cells, WANTED.cells);
 }
 
-/** The sensor that shares most frames with this one: one strong link ties it to the others. */
-export function linkOf(progress: SensorProgress): { partner: string; frames: number; grade: Grade } {
+export interface Link {
+  partner: string;
+  seconds: number;
+  grade: Grade;
+}
+
+/** The sensor that shares most with this one, at `rate` frames per second: one strong link ties it to the others. */
+export function linkOf(progress: SensorProgress, rate: number): Link {
   let partner = "";
   let frames = 0;
   for (const [name, shared] of Object.entries(progress.shared)) {
@@ -23,5 +31,6 @@ export function linkOf(progress: SensorProgress): { partner: string; frames: num
       frames = Number(shared);
     }
   }
-  return { partner, frames, grade: grade(frames, 60, 200) };
+  const seconds = frames / (rate > 1 ? rate : 30);
+  return { partner, seconds, grade: grade(seconds, WANTED.seconds) };
 }

@@ -54,6 +54,6 @@ describe("speed", () => {
 
 describe("value axis", () => {
   it("ends at a round figure above the largest value", () => {
-    expect([axisTop(0, 1), axisTop(1.2, 1), axisTop(2, 1), axisTop(43, 20), axisTop(0.3, 0.1)]).toEqual([1, 2, 2, 50, 0.5]);
+    expect([axisTop(0, 1), axisTop(1.2, 1), axisTop(2, 1), axisTop(43, 20), axisTop(0.35, 0.1)]).toEqual([1, 1.5, 2, 50, 0.4]);
   });
 });

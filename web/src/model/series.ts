@@ -82,10 +82,10 @@ function slope(samples: Sample[]): number {
   return Math.hypot(v[0]!, v[1]!, v[2]!) / tt;
 }
 
-/** A round top for a value axis: 1, 2 or 5 times a power of ten, at least `floor`. */
+/** A round top for a value axis, at least `floor`; half of it is a short figure too. */
 export function axisTop(largest: number, floor: number): number {
   const wanted = Math.max(largest, floor);
   const power = 10 ** Math.floor(Math.log10(wanted));
-  for (const step of [1, 2, 5, 10]) if (step * power >= wanted * (1 - 1e-9)) return step * power;
+  for (const step of [1, 1.5, 2, 3, 4, 5, 6, 8, 10]) if (step * power >= wanted * (1 - 1e-9)) return step * power;
   return 10 * power;
 }

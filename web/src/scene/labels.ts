@@ -55,7 +55,7 @@ export class Labels {
       if (!seen) continue;
       const x = ((p.x + 1) / 2) * width;
       const y = ((1 - p.y) / 2) * height;
-      element.style.transform = `translate(-50%, -50%) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+      element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
     }
   }
 }

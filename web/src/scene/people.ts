@@ -12,8 +12,8 @@ import type { Palette } from "./palette";
 const MAX_PEOPLE = 16;
 const JOINTS = MAX_PEOPLE * JOINT_COUNT;
 const SOURCES: Source[] = ["measured", "inferred", "repaired"];
-const MARK_M = 0.026;
-const BONE_M = 0.011;
+const MARK_M = 0.03;
+const BONE_M = 0.014;
 /** A halo smaller than its mark would not be seen, a larger one than this would hide the person. */
 const HALO_MAX_M = 0.6;
 const HALO_SIGMAS = 2;

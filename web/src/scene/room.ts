@@ -1,10 +1,11 @@
 // The 3D room: camera, light, and what is drawn in it. Metres, Z up. Renders only when something has changed.
 
-import { AmbientLight, Box3, DirectionalLight, PerspectiveCamera, Scene, Sphere, Spherical, Vector3, WebGLRenderer } from "three";
+import { AmbientLight, DirectionalLight, PerspectiveCamera, Scene, Spherical, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Frame } from "../model/frame";
 import type { RawBody } from "../model/raw";
 import { AXIS_TIPS, Floor } from "./floor";
+import { frameAll } from "./fit";
 import { Labels, type Label } from "./labels";
 import { readPalette } from "./palette";
 import { PeopleView } from "./people";
@@ -136,11 +137,7 @@ export class RoomScene {
   }
 
   look(preset: Preset, still: boolean): void {
-    const sphere = this.bounds();
-    const direction = DIRECTIONS[preset].clone().normalize();
-    const half = Math.min(this.camera.fov, this.camera.fov * this.camera.aspect) * (Math.PI / 360);
-    const toTarget = sphere.center;
-    const to = toTarget.clone().addScaledVector(direction, sphere.radius / Math.sin(half));
+    const { to, target: toTarget } = frameAll(this.points(), DIRECTIONS[preset], this.camera);
     const flight = { from: this.camera.position.clone(), to, fromTarget: this.controls.target.clone(), toTarget, since: performance.now() };
     this.flight = still ? { ...flight, since: -Infinity } : flight;
     this.dirty = true;
@@ -186,17 +183,15 @@ export class RoomScene {
     this.dirty = true;
   }
 
-  private bounds(): Sphere {
-    const box = new Box3();
-    for (const mark of this.marks) box.expandByPoint(new Vector3(mark.rigid[3], mark.rigid[7], mark.rigid[11]));
-    for (const person of this.frame.people) {
-      for (const joint of person.joints) if (joint) box.expandByPoint(new Vector3(joint.x, joint.y, joint.z));
+  /** What a view must hold: sensors with their names, people, the origin. */
+  private points(): Vector3[] {
+    const points = [new Vector3(0, 0, 0)];
+    for (const mark of this.marks) points.push(labelPlace(mark));
+    for (const { joints } of this.frame.people) {
+      for (const joint of joints) if (joint) points.push(new Vector3(joint.x, joint.y, joint.z));
     }
-    if (box.isEmpty()) box.set(new Vector3(-2, -2, 0), new Vector3(2, 2, 1.8));
-    box.expandByPoint(new Vector3(0, 0, 0));
-    const sphere = box.getBoundingSphere(new Sphere());
-    sphere.radius = Math.max(sphere.radius * 0.92, 1.4);
-    return sphere;
+    if (this.marks.length === 0) points.push(new Vector3(-2, -2, 0), new Vector3(2, -2, 0), new Vector3(-2, 2, 0), new Vector3(2, 2, 1.8));
+    return points;
   }
 
   private resize(): void {

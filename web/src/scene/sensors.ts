@@ -81,9 +81,9 @@ export function matrixOf(m: Rigid): Matrix4 {
   );
 }
 
-/** Where a sensor's name goes: a little above it. */
+/** Where a sensor's name goes; the style sheet lifts it above the body. */
 export function labelPlace(mark: SensorMark): Vector3 {
-  return new Vector3(mark.rigid[3], mark.rigid[7], mark.rigid[11]! + 0.14);
+  return new Vector3(mark.rigid[3], mark.rigid[7], mark.rigid[11]);
 }
 
 function coneOf(mark: SensorMark, colour: Color): Group {
@@ -102,8 +102,8 @@ function coneOf(mark: SensorMark, colour: Color): Group {
   cone.name = "cone";
   const opacity = mark.live ? 1 : 0.4;
   cone.add(
-    new LineSegments(geometry(edges), new LineBasicMaterial({ color: colour, transparent: true, opacity: 0.55 * opacity })),
-    new Mesh(geometry(faces), new MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.05 * opacity, side: DoubleSide, depthWrite: false })),
+    new LineSegments(geometry(edges), new LineBasicMaterial({ color: colour, transparent: true, opacity: 0.45 * opacity })),
+    new Mesh(geometry(faces), new MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.035 * opacity, side: DoubleSide, depthWrite: false })),
   );
   return cone;
 }

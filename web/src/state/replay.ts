@@ -12,11 +12,15 @@ import { rawBodies, replay, show, type Replay } from "./store";
 
 export const SPEEDS = [0.25, 0.5, 1, 2, 4] as const;
 
+const SEEK_REST_MS = 80;
+
 let abort: AbortController | null = null;
+let pending: ReturnType<typeof setTimeout> | undefined;
 /** Where the replayed take's sensors stand, by sensor id; also what the 3D view draws. */
 export const replayPlaces = signal<ReadonlyMap<number, { name: string; rigid: Rigid }>>(new Map());
 
 export function openReplay(take: Take): void {
+  clearTimeout(pending);
   clearView();
   forgetSpeeds();
   replayPlaces.value = new Map();
@@ -27,6 +31,7 @@ export function openReplay(take: Take): void {
 }
 
 export function closeReplay(): void {
+  clearTimeout(pending);
   abort?.abort();
   abort = null;
   replay.value = null;
@@ -37,6 +42,7 @@ export function closeReplay(): void {
 export function togglePlay(): void {
   const r = replay.value;
   if (!r) return;
+  clearTimeout(pending);
   if (r.state === "playing" || r.state === "loading") {
     abort?.abort();
     patch({ state: "paused" });
@@ -51,8 +57,11 @@ export function seek(seconds: number): void {
   if (!r) return;
   const to = Math.min(Math.max(seconds, 0), r.durationS);
   const still = r.state === "paused" || r.state === "ended";
-  patch({ offsetS: to });
-  void play(to, still);
+  abort?.abort();
+  patch({ offsetS: to, state: still ? "paused" : "loading" });
+  // A slider that is dragged asks many times a second; only where it rests is streamed.
+  clearTimeout(pending);
+  pending = setTimeout(() => void play(to, still), SEEK_REST_MS);
 }
 
 export function setSpeed(speed: number): void {

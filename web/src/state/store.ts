@@ -63,6 +63,11 @@ export type Calibrating =
 
 export const calibrating = signal<Calibrating>({ kind: "closed" });
 
+/** Calibrating needs a server, sensors, the live room, and no take running. */
+export const canCalibrate = computed(() =>
+  connection.value.kind === "online" && sensors.value.length > 0 && replay.value === null && status.value?.recording === undefined && calibrating.value.kind === "closed",
+);
+
 export const dialog = signal<"none" | "help" | "config">("none");
 
 export interface Notice {

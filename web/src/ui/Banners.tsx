@@ -25,8 +25,8 @@ function Offline(props: { reason: string; retryAtMs: number | null }) {
     <div class="banner bad" data-testid="offline">
       <span class="icon" aria-hidden="true">✕</span>
       <span role="alert">
-        <strong>The server does not answer.</strong> {props.reason} What you see is from before; a take it was recording is
-        recovered when it starts again.
+        <strong>The server does not answer.</strong> {props.reason} All figures are from before. A take it was
+        recording is recovered when it starts again.
       </span>
       <span class="grow" />
       <span class="tabular">{props.retryAtMs === null ? "Trying now …" : `Trying again in ${left} s`}</span>
@@ -51,7 +51,7 @@ export function Notices() {
   return (
     <div class="notices" aria-live="polite">
       {notices.value.map((n) => (
-        <div key={n.id} class={`notice ${n.kind}`} role={n.kind === "error" ? "alert" : undefined} data-testid={`notice-${n.kind}`}>
+        <div key={n.id} class={n.kind === "error" ? "notice is-error" : "notice"} role={n.kind === "error" ? "alert" : undefined} data-testid={`notice-${n.kind}`}>
           <span>{n.text}</span>
           <button type="button" class="quiet" aria-label="Dismiss" onClick={() => dismiss(n.id)}>
             ✕

@@ -117,13 +117,14 @@ function Running({ progress, cancel }: { progress: CalibrateProgress | null; can
             <th scope="col">Sensor</th>
             <th scope="col" class="num" title="Frames in which it saw somebody">Frames</th>
             <th scope="col" title="Floor cells of 0.5 m in which it saw somebody">Floor</th>
-            <th scope="col" title="Frames shared with the sensor it shares most with">Shared</th>
+            <th scope="col" title="Time of view shared with one other sensor">Shared</th>
           </tr>
         </thead>
         <tbody>
           {(progress?.sensors ?? []).map((s) => {
             const floor = coverage(s.cells);
-            const link = linkOf(s);
+            const rate = sensors.value.find((known) => known.info?.name === s.sensor)?.framesPerSecond ?? 0;
+            const link = linkOf(s, rate);
             return (
               <tr key={s.sensor}>
                 <th scope="row">{s.sensor}</th>
@@ -132,7 +133,7 @@ function Running({ progress, cancel }: { progress: CalibrateProgress | null; can
                   {s.cells} <span>{GRADES[floor]}</span>
                 </td>
                 <td class={`grade ${link.grade}`} title={link.partner ? `with ${link.partner}` : ""}>
-                  {count(link.frames)} <span>{GRADES[link.grade]}</span>
+                  {fixed(link.seconds, 0, "s")} <span>{GRADES[link.grade]}</span>
                 </td>
               </tr>
             );

@@ -1,7 +1,7 @@
 // The calibration in force, and the way to a new one.
 
 import { ago, plural } from "../model/format";
-import { calibrating, replay, sensors, status } from "../state/store";
+import { canCalibrate, sensors, status } from "../state/store";
 import { useNow } from "./Banners";
 import { openCalibrate } from "./keys";
 
@@ -9,12 +9,11 @@ export function CalibrationCard() {
   const now = useNow(10_000);
   const calibration = status.value?.calibration;
   const missing = sensors.value.filter((s) => !s.calibrated).length;
-  const blocked = !status.value || sensors.value.length === 0 || replay.value !== null || status.value.recording !== undefined;
   return (
     <section class="panel" aria-labelledby="calibration-title">
       <header class="panel-head">
         <h2 id="calibration-title">Calibration</h2>
-        <button type="button" data-testid="calibrate-button" aria-keyshortcuts="k" disabled={blocked || calibrating.value.kind !== "closed"} onClick={openCalibrate}>
+        <button type="button" data-testid="calibrate-button" aria-keyshortcuts="k" disabled={!canCalibrate.value} onClick={openCalibrate}>
           Calibrate <kbd>K</kbd>
         </button>
       </header>

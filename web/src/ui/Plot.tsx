@@ -12,6 +12,8 @@ export interface Line {
   colour: string;
   /** CSS class of its legend mark. */
   mark: string;
+  /** Left out until switched on. */
+  off?: boolean;
   series: Series | undefined;
 }
 
@@ -37,7 +39,7 @@ const GAP = 1.2;
 export function Plot(props: Props) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const hover = useRef<number | null>(null);
-  const [off, setOff] = useState<ReadonlySet<string>>(new Set());
+  const [off, setOff] = useState<ReadonlySet<string>>(() => new Set(props.lines().filter((l) => l.off).map((l) => l.label)));
   const [, tick] = useState(0);
   useEffect(() => {
     const timer = setInterval(() => {
@@ -64,7 +66,8 @@ export function Plot(props: Props) {
             return (
               <button key={line.label} type="button" class="plot-key" aria-pressed={!off.has(line.label)} onClick={() => setOff(toggled(off, line.label))}>
                 <span class={`dash ${line.mark}`} aria-hidden="true" />
-                {line.label} <span class="tabular value">{fixed(point?.value, props.digits)}</span>
+                {line.label}
+                {!off.has(line.label) && <span class="tabular value">{fixed(point?.value, props.digits)}</span>}
               </button>
             );
           })}
@@ -81,7 +84,11 @@ export function Plot(props: Props) {
           }}
           onPointerLeave={() => (hover.current = null)}
         />
-        {!any && <p class="plot-empty">{props.empty}</p>}
+        {!any && (
+          <p class="plot-empty">
+            <span>{props.empty}</span>
+          </p>
+        )}
       </div>
     </section>
   );

@@ -6,9 +6,12 @@ import { residualOf, SPAN, speedsOf } from "../state/plots";
 import { followed, replay, sensors } from "../state/store";
 import { Plot, type Line } from "./Plot";
 
+/** Drawn from the start; the others are one press away, six lines at once are too many to read. */
+const DRAWN = ["Pelvis", "L hand", "R hand"];
+
 function speedLines(): Line[] {
   const series = speedsOf(followed.peek());
-  return PLOTTED_JOINTS.map(({ label }, i) => ({ label, colour: `--plot-${i}`, mark: `plot-colour-${i}`, series: series[i] }));
+  return PLOTTED_JOINTS.map(({ label }, i) => ({ label, colour: `--plot-${i}`, mark: `plot-colour-${i}`, series: series[i], off: !DRAWN.includes(label) }));
 }
 
 function residualLines(): Line[] {

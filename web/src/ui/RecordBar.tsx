@@ -35,8 +35,8 @@ export function RecordBar() {
       ) : (
         <div class="fields">
           <Field name="name" label="Take" placeholder="date and time" title="A name that exists gets a number appended" />
-          <Field name="slate" label="Slate" placeholder="optional" />
-          <Field name="notes" label="Notes" placeholder="optional" />
+          <Field name="slate" label="Slate" placeholder="" />
+          <Field name="notes" label="Notes" placeholder="" />
         </div>
       )}
     </section>

@@ -1,16 +1,23 @@
 // The transport of a replayed take.
 
+import { useEffect, useRef } from "preact/hooks";
 import { duration } from "../model/format";
 import { replay } from "../state/store";
 import { closeReplay, seek, setSpeed, SPEEDS, togglePlay } from "../state/replay";
 
 export function ReplayBar() {
+  const play = useRef<HTMLButtonElement>(null);
+  // Opening a take takes away the button that was pressed, going back takes away this bar: the focus moves along.
+  useEffect(() => {
+    play.current?.focus();
+    return () => document.querySelector<HTMLElement>(".stage")?.focus();
+  }, []);
   const r = replay.value;
   if (!r) return null;
   const running = r.state === "playing" || r.state === "loading";
   return (
     <section class="transport replaying" aria-label="Replay" data-testid="replay-bar" data-state={r.state}>
-      <button type="button" class="play" data-testid="play" aria-keyshortcuts="Space" onClick={togglePlay}>
+      <button type="button" ref={play} class="play" data-testid="play" aria-keyshortcuts="Space" onClick={togglePlay}>
         <span aria-hidden="true">{running ? "❚❚" : "▶"}</span> {running ? "Pause" : r.state === "ended" ? "Again" : "Play"}
       </button>
       <span class="tabular replay-time" data-testid="replay-time">

@@ -15,11 +15,14 @@ const STATES: Record<SensorState, { word: string; icon: string; kind: string; na
 export function Sensors() {
   const list = sensors.value;
   return (
-    <section class="panel" aria-labelledby="sensors-title">
+    <section class="panel sensors" aria-labelledby="sensors-title">
       <header class="panel-head">
         <h2 id="sensors-title">Sensors</h2>
         <span class="muted tabular">{list.length > 0 ? `${liveSensors.value} of ${list.length} live` : ""}</span>
       </header>
+      <p class="visually-hidden" role="status">
+        {list.filter((s) => s.state !== SensorState.LIVE).map((s) => `Sensor ${s.info?.name}: ${STATES[s.state]?.word}. ${s.trouble}`).join(" ")}
+      </p>
       {list.length === 0 && <p class="panel-empty">{status.value ? "None has joined yet." : "Waiting for the server."}</p>}
       <ul class="cards">
         {list.map((sensor) => (

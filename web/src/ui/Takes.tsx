@@ -52,9 +52,9 @@ function TakeRow({ take }: { take: Take }) {
       </div>
       <p class="take-facts tabular">
         <span>{dateTime(take.started)}</span>
-        {!recording && <span>{duration(secondsOf(take.durationNs), true)}</span>}
-        {!recording && <span>{plural(take.people, "person", "people")}</span>}
-        <span title={sensorList}>{plural(take.sensors.length, "sensor")}</span>
+        {readable && <span>{duration(secondsOf(take.durationNs), true)}</span>}
+        {readable && <span>{plural(take.people, "person", "people")}</span>}
+        {take.sensors.length > 0 && <span title={sensorList}>{plural(take.sensors.length, "sensor")}</span>}
         {!recording && <span>{bytes(take.sizeBytes)}</span>}
         {take.slate && <span>slate {take.slate}</span>}
       </p>

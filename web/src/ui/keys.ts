@@ -1,6 +1,6 @@
 // Keyboard shortcuts: one table, which both the handler and the help dialog read.
 
-import { calibrating, dialog, followed, peopleIds, chosenId, replay, show } from "../state/store";
+import { calibrating, canCalibrate, dialog, followed, peopleIds, chosenId, replay, show } from "../state/store";
 import { closeReplay, seek, togglePlay } from "../state/replay";
 import { singleKeys, toggleTheme } from "../state/prefs";
 import { toggleRecording } from "../state/takes";
@@ -46,7 +46,7 @@ function flip(on: { value: boolean }): void {
 }
 
 export function openCalibrate(): void {
-  if (calibrating.value.kind === "closed") calibrating.value = { kind: "intro" };
+  if (canCalibrate.value) calibrating.value = { kind: "intro" };
 }
 
 function nextPerson(): void {
