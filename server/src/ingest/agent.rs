@@ -1,0 +1,233 @@
+//! One agent's stream: frames in, acknowledgements and clock probes out.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use posefuse_fusion::{ClockSample, Input};
+use posefuse_proto::v1::{self, agent_message, server_message};
+use posefuse_proto::{WireError, bodies_from_agent};
+use posefuse_skeleton::{AgentTime, Observation, Timestamp};
+use tokio::sync::mpsc;
+use tokio_util::sync::CancellationToken;
+use tonic::{Status, Streaming};
+
+use super::downlink::{Down, Downlink, Probes};
+use super::registry::Joined;
+use super::{IngestService, Refusal};
+use crate::Clock;
+use crate::fusion_thread::{Inputs, Pushed};
+
+/// Messages that may wait to go down. They are few: an acknowledgement or a probe that finds no room is left out.
+const DOWN_QUEUE: usize = 16;
+/// How often acknowledgements and probes are looked after.
+const BEAT: Duration = Duration::from_millis(50);
+/// The clocks are mapped fast at first ...
+const FIRST_PROBES: u32 = 10;
+const FIRST_PROBE_NS: i64 = 100_000_000;
+/// ... and then kept in step.
+const PROBE_NS: i64 = 1_000_000_000;
+
+/// One stream of one agent.
+pub(super) struct Agent {
+    joined: Joined,
+    inputs: Inputs,
+    clock: Arc<dyn Clock>,
+    stop: CancellationToken,
+    down: mpsc::Sender<Down>,
+    probes: Probes,
+    /// The highest sequence number in our hands, and the highest one acknowledged.
+    last: Option<u64>,
+    acked: Option<u64>,
+    probes_sent: u32,
+    next_probe: Timestamp,
+}
+
+/// Whether to go on.
+enum Next {
+    Go,
+    End,
+}
+
+impl Agent {
+    pub(super) fn new(joined: Joined, service: &IngestService) -> (Self, Downlink) {
+        let (down, queue) = mpsc::channel(DOWN_QUEUE);
+        let probes = Probes::default();
+        let clock = service.clock.clone();
+        let agent = Self {
+            inputs: service.inputs.clone(),
+            stop: service.stop.clone(),
+            down,
+            probes: probes.clone(),
+            last: joined.last_sequence,
+            acked: joined.last_sequence,
+            probes_sent: 0,
+            next_probe: clock.now(),
+            clock: clock.clone(),
+            joined,
+        };
+        (agent, Downlink::new(queue, probes, clock))
+    }
+
+    /// Serves the stream to its end. Whatever ends it, dropping `self` lets go of the name.
+    pub(super) async fn attend(mut self, mut up: Streaming<v1::AgentMessage>) {
+        let welcome = v1::Welcome {
+            sensor_id: self.joined.sensor.id().index() as u32,
+            server_version: env!("CARGO_PKG_VERSION").to_owned(),
+            last_sequence: self.joined.last_sequence,
+        };
+        self.send(server_message::Message::Welcome(welcome));
+        let (stop, cancel) = (self.stop.clone(), self.joined.cancel.clone());
+        let mut beat = self.clock.sleep(Duration::ZERO);
+        loop {
+            let next = tokio::select! {
+                biased;
+                () = stop.cancelled() => self.end(Status::unavailable("the server is stopping")),
+                () = cancel.cancelled() => {
+                    self.end(Status::aborted("another stream of the same agent took over"))
+                }
+                () = &mut beat => {
+                    beat = self.clock.sleep(BEAT);
+                    self.beat()
+                }
+                message = up.message() => match message {
+                    Ok(Some(message)) => self.take(message).await,
+                    Ok(None) => Next::End,
+                    Err(status) => {
+                        tracing::debug!(sensor = %self.joined.sensor.name(), %status, "an agent's stream broke");
+                        Next::End
+                    }
+                },
+            };
+            if matches!(next, Next::End) {
+                self.acknowledge();
+                return;
+            }
+        }
+    }
+
+    fn end(&self, status: Status) -> Next {
+        let _ = self.down.try_send(Down::End(status));
+        Next::End
+    }
+
+    fn send(&self, message: server_message::Message) -> bool {
+        self.down.try_send(Down::Message(message)).is_ok()
+    }
+
+    fn beat(&mut self) -> Next {
+        self.acknowledge();
+        let now = self.clock.now();
+        if now >= self.next_probe && self.down.try_send(Down::Probe).is_ok() {
+            self.probes_sent += 1;
+            let pause = if self.probes_sent < FIRST_PROBES {
+                FIRST_PROBE_NS
+            } else {
+                PROBE_NS
+            };
+            self.next_probe = now.plus_ns(pause);
+        }
+        if self.down.is_closed() {
+            Next::End
+        } else {
+            Next::Go
+        }
+    }
+
+    fn acknowledge(&mut self) {
+        if let Some(sequence) = self.last.filter(|_| self.last != self.acked)
+            && self.send(server_message::Message::Ack(v1::Ack { sequence }))
+        {
+            self.acked = self.last;
+        }
+    }
+
+    async fn take(&mut self, message: v1::AgentMessage) -> Next {
+        let now = self.clock.now();
+        match message.message {
+            Some(agent_message::Message::Frame(frame)) => return self.frame(frame, now).await,
+            Some(agent_message::Message::ClockEcho(echo)) => self.echo(echo, now),
+            Some(agent_message::Message::Health(health)) => {
+                self.joined.sensor.greeting().health = Some(health);
+            }
+            Some(agent_message::Message::Hello(_)) => {
+                return self.end(Status::invalid_argument(
+                    "Hello was said already; open a new stream",
+                ));
+            }
+            None => self.refuse(
+                Refusal::Malformed,
+                now,
+                "a message of no known kind".to_owned(),
+            ),
+        }
+        Next::Go
+    }
+
+    fn echo(&self, echo: v1::ClockEcho, returned: Timestamp) {
+        let Some(sent) = self.probes.answered(echo.probe) else {
+            return;
+        };
+        // One that finds no room is left out: another follows within a second.
+        self.inputs.offer(Input::ClockSample(ClockSample {
+            sensor: self.joined.sensor.id(),
+            sent,
+            returned,
+            agent_received: AgentTime::from_ns(echo.agent_received_ns),
+            agent_sent: AgentTime::from_ns(echo.agent_sent_ns),
+        }));
+    }
+
+    async fn frame(&mut self, frame: v1::Frame, received: Timestamp) -> Next {
+        let sensor = self.joined.sensor.clone();
+        sensor.count_received(received);
+        match self.last {
+            Some(last) if frame.sequence <= last => {
+                sensor.count_refused(Refusal::Duplicate);
+                return Next::Go;
+            }
+            Some(last) => sensor.count_lost(frame.sequence - last - 1),
+            None => {}
+        }
+        self.last = Some(frame.sequence);
+        sensor.greeting().last_sequence = self.last;
+        let bodies = match bodies_from_agent(sensor.id(), self.joined.joint_set, &frame.bodies) {
+            Ok(bodies) => bodies,
+            Err(error) => {
+                self.refuse(
+                    Refusal::from(&error),
+                    received,
+                    describe(&error, frame.sequence),
+                );
+                return Next::Go;
+            }
+        };
+        let input = Input::Observation(Observation {
+            sensor: sensor.id(),
+            sequence: frame.sequence,
+            captured: AgentTime::from_ns(frame.captured_ns),
+            received,
+            bodies,
+        });
+        match self.inputs.push(input, self.clock.as_ref()).await {
+            Pushed::Queued => Next::Go,
+            Pushed::Full => {
+                let what =
+                    "the fusion thread cannot keep up with the sensors of this room".to_owned();
+                self.refuse(Refusal::QueueFull, received, what);
+                Next::Go
+            }
+            Pushed::Stopped => self.end(Status::unavailable("the server is stopping")),
+        }
+    }
+
+    fn refuse(&self, refusal: Refusal, now: Timestamp, what: String) {
+        let sensor = &self.joined.sensor;
+        sensor.count_refused(refusal);
+        tracing::debug!(sensor = %sensor.name(), reason = refusal.name(), what, "a frame was refused");
+        sensor.greeting().last_refusal = Some((now, what));
+    }
+}
+
+fn describe(error: &WireError, sequence: u64) -> String {
+    format!("frame {sequence} was refused: {error}")
+}

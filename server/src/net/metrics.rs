@@ -1,0 +1,196 @@
+//! `/metrics`: the room's state in Prometheus' text form, made from the same status that everybody else sees.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use posefuse_proto::v1;
+use prometheus_client::encoding::text::encode;
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::registry::Registry;
+
+use super::Connections;
+
+type Labels = Vec<(&'static str, String)>;
+type Totals = Family<Labels, Counter>;
+type Values = Family<Labels, Gauge<f64, AtomicU64>>;
+
+/// The page's text.
+pub(super) fn text(status: &v1::RoomStatus, frames: u64, connections: &Connections) -> String {
+    let mut page = Page(Registry::with_prefix("posefuse"));
+    sensors(&mut page, status);
+    page.totals("frames", "Fused frames", [(Labels::new(), frames)]);
+    room(&mut page, status, connections);
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = encode(&mut text, &page.0);
+    text
+}
+
+struct Page(Registry);
+
+impl Page {
+    fn values(&mut self, name: &str, help: &str, values: impl IntoIterator<Item = (Labels, f64)>) {
+        let family = Values::default();
+        for (labels, value) in values {
+            family.get_or_create(&labels).set(value);
+        }
+        self.0.register(name, help, family);
+    }
+
+    fn totals(&mut self, name: &str, help: &str, totals: impl IntoIterator<Item = (Labels, u64)>) {
+        let family = Totals::default();
+        for (labels, total) in totals {
+            family
+                .get_or_create(&labels)
+                .inner()
+                .store(total, Ordering::Relaxed);
+        }
+        self.0.register(name, help, family);
+    }
+}
+
+fn of(sensor: &v1::SensorStatus) -> Labels {
+    let name = sensor.info.as_ref().map(|info| info.name.clone());
+    vec![("sensor", name.unwrap_or_default())]
+}
+
+fn sensors(page: &mut Page, status: &v1::RoomStatus) {
+    let each = |value: fn(&v1::SensorStatus) -> Option<f64>| -> Vec<_> {
+        let sensors = status.sensors.iter();
+        sensors
+            .filter_map(|sensor| Some((of(sensor), value(sensor)?)))
+            .collect()
+    };
+    let connected = |sensor: &v1::SensorStatus| {
+        Some(f64::from(u8::from(
+            sensor.state() != v1::SensorState::Disconnected,
+        )))
+    };
+    let live = |sensor: &v1::SensorStatus| {
+        Some(f64::from(u8::from(sensor.state() == v1::SensorState::Live)))
+    };
+    page.values(
+        "sensor_connected",
+        "Whether the sensor's agent is connected",
+        each(connected),
+    );
+    page.values(
+        "sensor_live",
+        "Whether the sensor delivers frames",
+        each(live),
+    );
+    page.values(
+        "sensor_frames_per_second",
+        "Frames per second over the last two seconds",
+        each(|s| Some(s.frames_per_second)),
+    );
+    page.values(
+        "sensor_latency_seconds",
+        "From capture to the server, median",
+        each(|s| Some(s.latency_ms? * 1e-3)),
+    );
+    page.values(
+        "sensor_clock_offset_seconds",
+        "Agent clock against server clock",
+        each(|s| Some(s.clock_offset_ms? * 1e-3)),
+    );
+    page.values(
+        "sensor_clock_error_seconds",
+        "Bound of the offset's error",
+        each(|s| Some(s.clock_error_ms? * 1e-3)),
+    );
+    page.values(
+        "sensor_residual_meters",
+        "Median distance of the sensor's joints to the fused ones",
+        each(|s| Some(s.residual_mm? * 1e-3)),
+    );
+    let total = |value: fn(&v1::SensorStatus) -> u64| -> Vec<_> {
+        status
+            .sensors
+            .iter()
+            .map(|sensor| (of(sensor), value(sensor)))
+            .collect()
+    };
+    page.totals(
+        "sensor_frames_received",
+        "Frames that came",
+        total(|s| s.frames_received),
+    );
+    page.totals(
+        "sensor_frames_lost",
+        "Gaps in the sequence numbers",
+        total(|s| s.frames_lost),
+    );
+    let refused = status.sensors.iter().flat_map(|sensor| {
+        let mut reasons: Vec<_> = sensor.rejected.iter().collect();
+        reasons.sort();
+        reasons.into_iter().map(|(reason, count)| {
+            let mut labels = of(sensor);
+            labels.push(("reason", reason.clone()));
+            (labels, *count)
+        })
+    });
+    page.totals("rejected", "Frames and joints refused", refused);
+}
+
+fn room(page: &mut Page, status: &v1::RoomStatus, connections: &Connections) {
+    let none = Labels::new;
+    let gauges = [
+        ("people", "People in the room", f64::from(status.people)),
+        (
+            "frames_per_second",
+            "Fused frames per second",
+            status.frames_per_second,
+        ),
+        (
+            "engine_seconds",
+            "Engine time per fused frame",
+            status.engine_us * 1e-6,
+        ),
+        (
+            "calibrated",
+            "Whether a calibration is in force",
+            f64::from(u8::from(status.calibration.is_some())),
+        ),
+        (
+            "recording",
+            "Whether a take is being recorded",
+            f64::from(u8::from(status.recording.is_some())),
+        ),
+        (
+            "troubles",
+            "Things that are wrong with the room",
+            status.troubles.len() as f64,
+        ),
+        (
+            "disk_free_bytes",
+            "Free bytes where takes go",
+            status.disk_free_bytes as f64,
+        ),
+        ("connections", "Open connections", connections.open() as f64),
+    ];
+    for (name, help, value) in gauges {
+        page.values(name, help, [(none(), value)]);
+    }
+    let quantile = |share: &str, ms: f64| (vec![("quantile", share.to_owned())], ms * 1e-3);
+    let latencies = [
+        quantile("0.5", status.latency_p50_ms),
+        quantile("0.99", status.latency_p99_ms),
+    ];
+    page.values(
+        "latency_seconds",
+        "From a frame's arrival to the subscribers",
+        latencies,
+    );
+    let sink = |sink: &v1::SinkStatus| vec![("sink", sink.name.clone())];
+    let delivered = status.sinks.iter().map(|s| (sink(s), s.delivered));
+    page.totals("sink_delivered", "Messages handed to a sink", delivered);
+    let dropped = status.sinks.iter().map(|s| (sink(s), s.dropped));
+    page.totals("sink_dropped", "Messages a sink had no room for", dropped);
+    page.totals(
+        "connections_refused",
+        "Connections closed because there were too many",
+        [(none(), connections.refused())],
+    );
+}

@@ -1,0 +1,116 @@
+//! The service `posefuse.v1.Room`: what the dashboard, the command line and any other client can see and do.
+
+mod calibrate;
+mod calibration;
+mod replay;
+mod sensors;
+mod service;
+mod status;
+mod takes;
+mod watchman;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use posefuse_proto::v1;
+use posefuse_session::Storage;
+use posefuse_skeleton::SensorId;
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+use tonic::Status;
+
+pub(crate) use calibration::CalibrationStore;
+pub use calibration::Config as CalibrationConfig;
+pub(crate) use takes::Takes;
+pub(crate) use watchman::watch_over;
+
+use crate::fusion_thread::{Command, Commands, Inputs, Snapshot};
+use crate::ingest::Registry;
+use crate::net::{Connections, EncodedStream};
+use crate::sinks::{Counters, Pace, SensorSubscriber, subscribe};
+use crate::{Clock, Threads};
+
+/// Everything the service needs of the rest of the server.
+pub(crate) struct Room {
+    pub(crate) config: crate::Config,
+    pub(crate) clock: Arc<dyn Clock>,
+    pub(crate) threads: Threads,
+    pub(crate) storage: Arc<dyn Storage>,
+    pub(crate) registry: Arc<Registry>,
+    pub(crate) inputs: Inputs,
+    pub(crate) commands: Commands,
+    pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
+    pub(crate) counters: Arc<Counters>,
+    pub(crate) connections: Arc<Connections>,
+    pub(crate) calibration: CalibrationStore,
+    pub(crate) takes: Takes,
+    /// Free bytes where takes go; `u64::MAX`: unknown.
+    pub(crate) disk_free: AtomicU64,
+    pub(crate) tasks: TaskTracker,
+    pub(crate) stop: CancellationToken,
+}
+
+/// The service; cheap to clone.
+#[derive(Clone)]
+pub(crate) struct RoomService(pub(crate) Arc<Room>);
+
+impl RoomService {
+    /// The room as it is now.
+    pub(crate) fn status(&self) -> v1::RoomStatus {
+        status::status(&self.0)
+    }
+
+    /// Fused frames since the start.
+    pub(crate) fn frames(&self) -> u64 {
+        self.0.snapshot.borrow().frames
+    }
+
+    pub(crate) fn connections(&self) -> &Connections {
+        &self.0.connections
+    }
+
+    /// Fused frames, encoded.
+    pub(crate) fn open_watch(
+        &self,
+        request: tonic::Request<v1::WatchRequest>,
+    ) -> Result<EncodedStream, Status> {
+        let (subscriber, stream) = subscribe(&self.0.config.watch);
+        let pace = Pace::new(request.into_inner().max_rate_hz);
+        self.0.commands.try_send(Command::Watch(subscriber, pace))?;
+        Ok(stream)
+    }
+
+    /// Sensors' frames, encoded.
+    pub(crate) fn open_watch_sensors(
+        &self,
+        request: tonic::Request<v1::WatchSensorsRequest>,
+    ) -> Result<EncodedStream, Status> {
+        let request = request.into_inner();
+        if request.sensors.len() > SensorId::MAX_SENSORS {
+            return Err(Status::invalid_argument(format!(
+                "`sensors` names {}, a room has at most {}",
+                request.sensors.len(),
+                SensorId::MAX_SENSORS
+            )));
+        }
+        let (subscriber, stream) = subscribe(&self.0.config.watch);
+        let subscriber = SensorSubscriber {
+            subscriber,
+            names: request.sensors,
+            paces: vec![Pace::new(request.max_rate_hz); SensorId::MAX_SENSORS],
+        };
+        self.0
+            .commands
+            .try_send(Command::WatchSensors(subscriber))?;
+        Ok(stream)
+    }
+}
+
+impl Room {
+    /// Free bytes where takes go, as last looked up.
+    fn disk_free(&self) -> Option<u64> {
+        let free = self.disk_free.load(Ordering::Relaxed);
+        (free != u64::MAX).then_some(free)
+    }
+}

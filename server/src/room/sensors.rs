@@ -1,0 +1,159 @@
+//! One sensor's status: state, rates, what is wrong and what to do.
+
+use std::collections::HashMap;
+
+use posefuse_proto::{pose_to_wire, sensor_info_to_wire, v1};
+use posefuse_skeleton::{Calibration, Timestamp};
+
+use crate::fusion_thread::SensorView;
+use crate::ingest::{Refusal, Sensor};
+
+/// A connected sensor without a frame for so long is stalled.
+const STALLED_NS: i64 = 1_000_000_000;
+/// A refused frame is mentioned for so long.
+const MENTION_NS: i64 = 5_000_000_000;
+
+/// Horizontal and vertical field of view, degrees, of the depth cameras that tracking runs on: (part of the model's
+/// name in lower case, degrees). From the makers' data sheets.
+const FIELDS_OF_VIEW: [(&str, f64, f64); 7] = [
+    ("kinect v2", 70.6, 60.0),
+    ("kinect v1", 57.5, 43.5),
+    ("azure", 75.0, 65.0),
+    ("femto", 75.0, 65.0),
+    ("realsense", 87.0, 58.0),
+    ("astra", 60.0, 49.5),
+    ("xtion", 58.0, 45.0),
+];
+/// For a model that is not in the table.
+const USUAL_FIELD_OF_VIEW: (f64, f64) = (70.0, 60.0);
+
+fn field_of_view(model: &str) -> (f64, f64) {
+    let model = model.to_ascii_lowercase().replace('-', " ");
+    FIELDS_OF_VIEW
+        .iter()
+        .find(|(part, ..)| model.contains(part))
+        .map_or(USUAL_FIELD_OF_VIEW, |(_, horizontal, vertical)| {
+            (*horizontal, *vertical)
+        })
+}
+
+/// Whether a sensor delivers.
+pub(super) fn state(sensor: &Sensor, now: Timestamp) -> v1::SensorState {
+    if !sensor.is_connected() {
+        return v1::SensorState::Disconnected;
+    }
+    match sensor.last_frame() {
+        Some(last) if now.since_ns(last) < STALLED_NS => v1::SensorState::Live,
+        _ => v1::SensorState::Stalled,
+    }
+}
+
+/// One sensor as it is now.
+pub(super) fn status(
+    sensor: &Sensor,
+    view: Option<&SensorView>,
+    calibration: Option<&Calibration>,
+    now: Timestamp,
+) -> v1::SensorStatus {
+    let state = state(sensor, now);
+    let pose = calibration.and_then(|calibration| calibration.sensors.get(sensor.name()));
+    let clock = view.and_then(|view| view.clock.as_ref());
+    let trouble = trouble(sensor, view, state, now);
+    let greeting = sensor.greeting();
+    let (fov_horizontal_deg, fov_vertical_deg) = field_of_view(&greeting.info.model);
+    v1::SensorStatus {
+        info: Some(sensor_info_to_wire(&greeting.info)),
+        state: state.into(),
+        calibrated: pose.is_some(),
+        room_from_sensor: pose.map(|pose| pose_to_wire(&pose.room_from_sensor)),
+        fov_horizontal_deg,
+        fov_vertical_deg,
+        frames_per_second: view.map_or(0.0, |view| view.frames_per_second),
+        latency_ms: view.and_then(|view| view.latency_ms),
+        clock_offset_ms: clock.map(|clock| clock.offset_ns as f64 * 1e-6),
+        clock_error_ms: clock.map(|clock| clock.error_ns as f64 * 1e-6),
+        clock_drift_ppm: clock.map(|clock| clock.drift_ppm),
+        frames_received: sensor.received(),
+        frames_lost: sensor.lost(),
+        rejected: rejected(sensor, view),
+        bodies: match state {
+            v1::SensorState::Live => view.map_or(0, |view| view.bodies),
+            _ => 0,
+        },
+        residual_mm: view.and_then(|view| view.residual_mm),
+        trouble,
+        agent_version: greeting.agent_version.clone(),
+        agent_dropped: greeting
+            .health
+            .as_ref()
+            .and_then(|health| health.frames_dropped),
+    }
+}
+
+fn rejected(sensor: &Sensor, view: Option<&SensorView>) -> HashMap<String, u64> {
+    let before = Refusal::ALL.map(|refusal| (refusal.name(), sensor.refused(refusal)));
+    let by_engine = view.map_or(&[][..], |view| &view.rejected);
+    let by_engine = by_engine
+        .iter()
+        .map(|(reason, count)| (reason.name(), *count));
+    before
+        .into_iter()
+        .chain(by_engine)
+        .filter(|(_, count)| *count > 0)
+        .map(|(reason, count)| (reason.to_owned(), count))
+        .collect()
+}
+
+fn trouble(
+    sensor: &Sensor,
+    view: Option<&SensorView>,
+    state: v1::SensorState,
+    now: Timestamp,
+) -> String {
+    let name = sensor.name();
+    let greeting = sensor.greeting();
+    match state {
+        v1::SensorState::Disconnected => {
+            return format!(
+                "its agent is gone: see whether it still runs, or start it again as `{name}`"
+            );
+        }
+        v1::SensorState::Stalled => {
+            let said = greeting
+                .health
+                .as_ref()
+                .map(|health| health.trouble.as_str());
+            return match said.filter(|said| !said.is_empty()) {
+                Some(said) => format!("no frame for a second; its agent says: {said}"),
+                None => "no frame for a second: see whether the sensor is plugged in and powered"
+                    .to_owned(),
+            };
+        }
+        _ => {}
+    }
+    if let Some((when, what)) = &greeting.last_refusal
+        && now.since_ns(*when) < MENTION_NS
+    {
+        return what.clone();
+    }
+    if view.is_some_and(|view| view.clock.as_ref().is_some_and(|clock| clock.suspect)) {
+        return "its agent's clock has jumped: frames are held back until it is mapped again"
+            .to_owned();
+    }
+    String::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_s_view_is_found_however_it_is_written() {
+        assert_eq!(
+            field_of_view("Microsoft Kinect-v2 (simulated)"),
+            (70.6, 60.0)
+        );
+        assert_eq!(field_of_view("Orbbec Femto Bolt"), (75.0, 65.0));
+        assert_eq!(field_of_view(""), USUAL_FIELD_OF_VIEW);
+    }
+}

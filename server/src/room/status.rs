@@ -1,0 +1,124 @@
+//! The room's state in one message.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use futures_util::{Stream, stream};
+use posefuse_proto::{calibration_to_wire, v1};
+use tonic::Status;
+
+use super::service::pause;
+use super::{Room, calibration, sensors};
+
+/// A status comes at least so often.
+const AT_LEAST: Duration = Duration::from_secs(1);
+/// Looked at so often unless the client says otherwise.
+const USUAL_HZ: f64 = 5.0;
+
+/// The room as it is now.
+pub(super) fn status(room: &Room) -> v1::RoomStatus {
+    let snapshot = room.snapshot.borrow().clone();
+    let calibration = room.calibration.current();
+    let now = room.clock.now();
+    let sinks = room.counters.all().map(|(name, meter)| v1::SinkStatus {
+        name: name.to_owned(),
+        delivered: meter.delivered(),
+        dropped: meter.dropped(),
+    });
+    let sensors: Vec<_> = room
+        .registry
+        .sensors()
+        .iter()
+        .map(|sensor| {
+            let view = snapshot.sensors.get(sensor.id().index());
+            sensors::status(sensor, view, calibration.as_deref(), now)
+        })
+        .collect();
+    v1::RoomStatus {
+        time_ns: now.ns(),
+        unix_offset_ns: room.clock.unix_offset_ns(),
+        server_version: env!("CARGO_PKG_VERSION").to_owned(),
+        people: snapshot.people,
+        frames_per_second: snapshot.frames_per_second,
+        engine_us: snapshot.engine_us,
+        latency_p50_ms: snapshot.latency_p50_ms,
+        latency_p99_ms: snapshot.latency_p99_ms,
+        recording: room.takes.recording(now),
+        troubles: troubles(room, &sensors),
+        sensors,
+        calibration: calibration.as_deref().map(calibration_to_wire),
+        calibrating: room.calibration.is_calibrating(),
+        disk_free_bytes: room.disk_free().unwrap_or(0),
+        sinks: sinks.into(),
+        take_folder: room.storage.place(),
+    }
+}
+
+fn troubles(room: &Room, sensors: &[v1::SensorStatus]) -> Vec<String> {
+    let mut troubles = Vec::new();
+    if let Some(trouble) = room.calibration.trouble() {
+        troubles.push(trouble);
+    } else if room.calibration.current().is_none() && sensors.len() > 1 {
+        troubles.push(format!(
+            "no calibration: nobody knows where the sensors stand, so nothing is fused; {}",
+            calibration::REMEDY
+        ));
+    }
+    let uncalibrated: Vec<_> = sensors
+        .iter()
+        .filter(|sensor| !sensor.calibrated)
+        .filter_map(|sensor| Some(format!("`{}`", sensor.info.as_ref()?.name)))
+        .collect();
+    if room.calibration.current().is_some() && !uncalibrated.is_empty() {
+        troubles.push(format!(
+            "the calibration does not know {}: what they see is not used; {}",
+            uncalibrated.join(", "),
+            calibration::REMEDY
+        ));
+    }
+    match room.disk_free() {
+        Some(free) if free < room.config.takes.min_free_mb.saturating_mul(1_000_000) => troubles.push(format!(
+            "only {} MB are free where takes go ({}), recording needs {}: delete takes or choose another folder",
+            free / 1_000_000,
+            room.storage.place(),
+            room.config.takes.min_free_mb
+        )),
+        None => troubles.push(format!("the take folder {} cannot be reached", room.storage.place())),
+        Some(_) => {}
+    }
+    troubles.extend(room.takes.troubles());
+    troubles
+}
+
+/// The status now, then whenever it has changed, at most `max_rate_hz` times and at least once a second.
+pub(super) fn changes(
+    room: Arc<Room>,
+    max_rate_hz: f64,
+) -> impl Stream<Item = Result<v1::RoomStatus, Status>> + Send {
+    let pause = pause(max_rate_hz, USUAL_HZ, AT_LEAST);
+    let start = Some((room, None::<v1::RoomStatus>));
+    stream::unfold(start, move |state| async move {
+        let (room, last) = state?;
+        let Some(last) = last else {
+            let first = status(&room);
+            return Some((Ok(first.clone()), Some((room, Some(first)))));
+        };
+        let due = last.time_ns.saturating_add(AT_LEAST.as_nanos() as i64);
+        loop {
+            tokio::select! {
+                () = room.clock.sleep(pause) => {}
+                () = room.stop.cancelled() => {
+                    return Some((Err(Status::unavailable("the server is stopping")), None));
+                }
+            }
+            let next = status(&room);
+            let same_but_for_time = v1::RoomStatus {
+                time_ns: last.time_ns,
+                ..next.clone()
+            } == last;
+            if !same_but_for_time || next.time_ns >= due {
+                return Some((Ok(next.clone()), Some((room, Some(next)))));
+            }
+        }
+    })
+}

@@ -1,0 +1,113 @@
+//! Where the fusion thread's results go. Each sink has a bounded queue of its own; a full one loses its own messages,
+//! counted, and delays nobody.
+
+mod meter;
+mod subscriber;
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use posefuse_fusion::Input;
+use posefuse_proto::{observation_to_wire, room_frame_to_wire};
+use posefuse_skeleton::{Observation, RoomFrame, SensorId, Timestamp};
+use prost::Message;
+use serde::{Deserialize, Serialize};
+
+pub(crate) use meter::{Counters, Meter};
+pub(crate) use subscriber::{Pace, Subscriber, subscribe};
+
+/// What subscribers get. Section `[watch]`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Messages that may wait for one subscriber; beyond, it loses the newest.
+    pub queue: usize,
+    /// A subscriber that has taken nothing for so long is cut, milliseconds.
+    pub cut_after_ms: u64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            queue: 128,
+            cut_after_ms: 5000,
+        }
+    }
+}
+
+/// A subscriber to sensors' frames.
+#[derive(Debug)]
+pub(crate) struct SensorSubscriber {
+    pub(crate) subscriber: Subscriber,
+    /// The sensors it wants; empty: all.
+    pub(crate) names: Vec<String>,
+    /// One pace for each sensor, by number.
+    pub(crate) paces: Vec<Pace>,
+}
+
+/// The subscribers. Recording and calibration have sinks of their own.
+#[derive(Debug)]
+pub(crate) struct Subscribers {
+    frames: Vec<(Subscriber, Pace)>,
+    sensors: Vec<SensorSubscriber>,
+    names: Vec<String>,
+    counters: Arc<Counters>,
+}
+
+impl Subscribers {
+    pub(crate) fn new(counters: Arc<Counters>) -> Self {
+        Self {
+            frames: Vec::new(),
+            sensors: Vec::new(),
+            names: vec![String::new(); SensorId::MAX_SENSORS],
+            counters,
+        }
+    }
+
+    pub(crate) fn add_watch(&mut self, subscriber: Subscriber, pace: Pace) {
+        self.frames.push((subscriber, pace));
+    }
+
+    pub(crate) fn add_watch_sensors(&mut self, subscriber: SensorSubscriber) {
+        self.sensors.push(subscriber);
+    }
+
+    /// Hands a sensor's frame to whoever wants it; encodes it at most once.
+    pub(crate) fn input(&mut self, input: &Input, now: Timestamp) {
+        match input {
+            Input::Sensor(info) => self.names[info.id.index()].clone_from(&info.name),
+            Input::Observation(observation) if !self.sensors.is_empty() => {
+                self.observation(observation, now);
+            }
+            _ => {}
+        }
+    }
+
+    fn observation(&mut self, observation: &Observation, now: Timestamp) {
+        let sensor = observation.sensor.index();
+        let name = &self.names[sensor];
+        let meter = &self.counters.watch_sensors;
+        let mut encoded: Option<Bytes> = None;
+        self.sensors.retain_mut(|wanting| {
+            let wanted = wanting.names.is_empty() || wanting.names.contains(name);
+            if !wanted || !wanting.paces[sensor].is_due(observation.received) {
+                return true;
+            }
+            let bytes = encoded
+                .get_or_insert_with(|| observation_to_wire(observation).encode_to_vec().into());
+            wanting.subscriber.offer(bytes, now, meter)
+        });
+    }
+
+    /// Hands a fused frame to every subscriber; encodes it at most once.
+    pub(crate) fn frame(&mut self, frame: &RoomFrame, now: Timestamp) {
+        if self.frames.is_empty() {
+            return;
+        }
+        let bytes: Bytes = room_frame_to_wire(frame).encode_to_vec().into();
+        let meter = &self.counters.watch;
+        self.frames.retain_mut(|(subscriber, pace)| {
+            !pace.is_due(frame.time) || subscriber.offer(&bytes, now, meter)
+        });
+    }
+}

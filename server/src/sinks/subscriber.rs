@@ -1,0 +1,165 @@
+//! One subscriber: a bounded queue on the fusion thread's side, a stream on the connection's side.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures_util::stream;
+use posefuse_skeleton::Timestamp;
+use tokio::sync::mpsc;
+use tonic::Status;
+
+use super::{Config, Meter};
+use crate::net::EncodedStream;
+
+/// The fusion thread's side.
+#[derive(Debug)]
+pub(crate) struct Subscriber {
+    queue: mpsc::Sender<Bytes>,
+    cut: Arc<AtomicBool>,
+    cut_after_ns: i64,
+    full_since: Option<Timestamp>,
+}
+
+/// A new subscriber and its stream.
+pub(crate) fn subscribe(config: &Config) -> (Subscriber, EncodedStream) {
+    let (queue, messages) = mpsc::channel(config.queue);
+    let cut = Arc::new(AtomicBool::new(false));
+    let after = Duration::from_millis(config.cut_after_ms);
+    let subscriber = Subscriber {
+        queue,
+        cut: cut.clone(),
+        cut_after_ns: after.as_nanos() as i64,
+        full_since: None,
+    };
+    let stream = stream::unfold(Some((messages, cut)), move |open| async move {
+        let (mut messages, cut) = open?;
+        if let Some(message) = messages.recv().await {
+            return Some((Ok(message), Some((messages, cut))));
+        }
+        let end = if cut.load(Ordering::Acquire) {
+            Status::resource_exhausted(format!(
+                "cut: nothing was taken for {} s; subscribe again, with `max_rate_hz` if every frame is too much",
+                after.as_secs_f64()
+            ))
+        } else {
+            Status::unavailable("the server is stopping")
+        };
+        Some((Err(end), None))
+    });
+    (subscriber, Box::pin(stream))
+}
+
+impl Subscriber {
+    /// Offers a message; `false`: the subscriber is gone, or was cut.
+    pub(super) fn offer(&mut self, message: &Bytes, now: Timestamp, meter: &Meter) -> bool {
+        match self.queue.try_send(message.clone()) {
+            Ok(()) => {
+                meter.deliver();
+                self.full_since = None;
+                true
+            }
+            Err(mpsc::error::TrySendError::Closed(_)) => false,
+            Err(mpsc::error::TrySendError::Full(_)) => {
+                meter.drop_one();
+                let since = *self.full_since.get_or_insert(now);
+                let cut = now.since_ns(since) >= self.cut_after_ns;
+                if cut {
+                    tracing::warn!("a subscriber was cut: it has taken nothing for too long");
+                    self.cut.store(true, Ordering::Release);
+                }
+                !cut
+            }
+        }
+    }
+}
+
+/// Thins a stream out to at most so many messages a second.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pace {
+    interval_ns: i64,
+    next: Timestamp,
+}
+
+impl Pace {
+    /// At most `max_rate_hz` messages a second; 0 (or nonsense): every one.
+    pub(crate) fn new(max_rate_hz: f64) -> Self {
+        let interval_ns = if max_rate_hz.is_finite() && max_rate_hz > 0.0 {
+            (1e9 / max_rate_hz).min(3.6e12) as i64
+        } else {
+            0
+        };
+        Self {
+            interval_ns,
+            next: Timestamp::from_ns(i64::MIN),
+        }
+    }
+
+    /// Whether the message of this time may pass.
+    pub(crate) fn is_due(&mut self, time: Timestamp) -> bool {
+        // A message a little early still passes, or a 30 Hz stream asked for at 30 Hz would be halved.
+        if time.plus_ns(self.interval_ns / 10) < self.next {
+            return false;
+        }
+        self.next = self
+            .next
+            .max(time.plus_ns(-self.interval_ns))
+            .plus_ns(self.interval_ns);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pace_thins_out_to_its_rate() {
+        let passed = |source_hz: f64, max_hz: f64| {
+            let mut pace = Pace::new(max_hz);
+            (0..source_hz as i64 * 10)
+                .filter(|i| pace.is_due(Timestamp::from_seconds(5.0 + *i as f64 / source_hz)))
+                .count()
+        };
+        assert_eq!(passed(30.0, 0.0), 300);
+        assert_eq!(passed(30.0, f64::NAN), 300);
+        assert!(
+            (295..=300).contains(&passed(30.0, 30.0)),
+            "{}",
+            passed(30.0, 30.0)
+        );
+        assert!(
+            (98..=103).contains(&passed(30.0, 10.0)),
+            "{}",
+            passed(30.0, 10.0)
+        );
+    }
+
+    #[tokio::test]
+    async fn a_subscriber_that_takes_nothing_loses_its_own_and_is_cut() {
+        use futures_util::StreamExt;
+        let config = Config {
+            queue: 2,
+            cut_after_ms: 5000,
+        };
+        let meter = Meter::default();
+        let (mut slow, mut slow_stream) = subscribe(&config);
+        let message = Bytes::from_static(b"frame");
+        let at = |second: i64| Timestamp::from_ns(second * 1_000_000_000);
+        for second in 0..7 {
+            assert!(
+                slow.offer(&message, at(second), &meter),
+                "cut too early, at {second} s"
+            );
+        }
+        assert!(!slow.offer(&message, at(7), &meter));
+        drop(slow);
+        assert_eq!((meter.delivered(), meter.dropped()), (2, 6));
+        assert!(slow_stream.next().await.unwrap().is_ok());
+        assert!(slow_stream.next().await.unwrap().is_ok());
+        let end = slow_stream.next().await.unwrap().unwrap_err();
+        assert_eq!(end.code(), tonic::Code::ResourceExhausted);
+        assert!(slow_stream.next().await.is_none());
+    }
+}
