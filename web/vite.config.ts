@@ -1,9 +1,11 @@
 // Builds the page into dist/, which the server embeds. File names carry no hash, so that a rebuild can be
 // compared with what is checked in; the server answers with `Cache-Control: no-cache`.
+import { licenses } from "./licenses";
 import { defineConfig } from "vitest/config";
 
 export default defineConfig({
   base: "./",
+  plugins: [licenses()],
   esbuild: { jsx: "automatic", jsxImportSource: "preact", legalComments: "none" },
   build: {
     target: "es2022",

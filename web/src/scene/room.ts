@@ -22,6 +22,8 @@ const DIRECTIONS: Record<Preset, Vector3> = {
   top: new Vector3(-0.001, 0, 1),
   fit: new Vector3(0.75, -0.9, 0.62),
 };
+/** Names, buttons and the legend lie over the edges of the view. */
+const MARGIN_PX = { across: 64, along: 80 };
 const FLIGHT_MS = 280;
 
 export class RoomScene {
@@ -42,6 +44,8 @@ export class RoomScene {
   private dirty = true;
   private running = true;
   private flight: { from: Vector3; to: Vector3; fromTarget: Vector3; toTarget: Vector3; since: number } | null = null;
+  /** The preset that is kept when the view changes its size, until somebody moves the camera. */
+  private kept: Preset | null = "fit";
   private size = { width: 1, height: 1 };
   private resizer: ResizeObserver;
 
@@ -59,7 +63,7 @@ export class RoomScene {
     this.controls.minDistance = 0.6;
     this.controls.maxDistance = 40;
     this.controls.addEventListener("change", () => (this.dirty = true));
-    this.controls.addEventListener("start", () => (this.flight = null));
+    this.controls.addEventListener("start", () => this.moved());
     this.controls.update();
     const key = new DirectionalLight(0xffffff, 2);
     key.position.set(3, -4, 8);
@@ -137,7 +141,10 @@ export class RoomScene {
   }
 
   look(preset: Preset, still: boolean): void {
-    const { to, target: toTarget } = frameAll(this.points(), DIRECTIONS[preset], this.camera);
+    const { width, height } = this.size;
+    const margin = { across: Math.min(MARGIN_PX.across / width, 0.2), along: Math.min(MARGIN_PX.along / height, 0.3) };
+    const { to, target: toTarget } = frameAll(this.points(), DIRECTIONS[preset], this.camera, margin);
+    this.kept = preset;
     const flight = { from: this.camera.position.clone(), to, fromTarget: this.controls.target.clone(), toTarget, since: performance.now() };
     this.flight = still ? { ...flight, since: -Infinity } : flight;
     this.dirty = true;
@@ -159,6 +166,7 @@ export class RoomScene {
 
   /** Moves what is looked at over the screen, in shares of the distance. */
   pan(right: number, up: number): void {
+    this.moved();
     const distance = this.camera.position.distanceTo(this.controls.target);
     const x = new Vector3().setFromMatrixColumn(this.camera.matrix, 0);
     const y = new Vector3().setFromMatrixColumn(this.camera.matrix, 1);
@@ -175,8 +183,13 @@ export class RoomScene {
     return new Spherical().setFromVector3(new Vector3(v.x, v.z, -v.y));
   }
 
-  private apply(s: Spherical): void {
+  private moved(): void {
     this.flight = null;
+    this.kept = null;
+  }
+
+  private apply(s: Spherical): void {
+    this.moved();
     const v = new Vector3().setFromSpherical(s);
     this.camera.position.set(v.x, -v.z, v.y).add(this.controls.target);
     this.controls.update();
@@ -202,6 +215,7 @@ export class RoomScene {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    if (this.kept) this.look(this.kept, true);
     this.dirty = true;
   }
 

@@ -100,6 +100,11 @@ function ConfigText() {
         server's TOML file.
       </p>
       {text.trouble && <p class="card-trouble warn" role="alert">{text.trouble}</p>}
+      <p class="muted">
+        <a href="./licenses.txt" target="_blank" rel="noreferrer">
+          Licences of the software in this page
+        </a>
+      </p>
       <pre class="config" tabIndex={0} aria-label="Configuration, TOML">{text.toml ?? ""}</pre>
     </>
   );

@@ -3,7 +3,7 @@
 import { SensorState, type SensorStatus } from "../gen/posefuse/v1/room_pb";
 import { count, fixed, offset } from "../model/format";
 import { SENSOR_COLOURS } from "../scene/palette";
-import { liveSensors, sensors, status } from "../state/store";
+import { connection, liveSensors, sensors, status } from "../state/store";
 
 const STATES: Record<SensorState, { word: string; icon: string; kind: string; name: string }> = {
   [SensorState.LIVE]: { word: "Live", icon: "●", kind: "ok", name: "live" },
@@ -18,7 +18,7 @@ export function Sensors() {
     <section class="panel sensors" aria-labelledby="sensors-title">
       <header class="panel-head">
         <h2 id="sensors-title">Sensors</h2>
-        <span class="muted tabular">{list.length > 0 ? `${liveSensors.value} of ${list.length} live` : ""}</span>
+        <span class="muted tabular">{list.length > 0 && connection.value.kind === "online" ? `${liveSensors.value} of ${list.length} live` : ""}</span>
       </header>
       <p class="visually-hidden" role="status">
         {list.filter((s) => s.state !== SensorState.LIVE).map((s) => `Sensor ${s.info?.name}: ${STATES[s.state]?.word}. ${s.trouble}`).join(" ")}
@@ -34,9 +34,10 @@ export function Sensors() {
 }
 
 function SensorCard({ sensor }: { sensor: SensorStatus }) {
-  const state = STATES[sensor.state] ?? STATES[SensorState.UNSPECIFIED];
+  const told = connection.value.kind === "online" ? sensor.state : SensorState.UNSPECIFIED;
+  const state = STATES[told] ?? STATES[SensorState.UNSPECIFIED];
   const name = sensor.info?.name ?? "";
-  const gone = sensor.state !== SensorState.LIVE;
+  const gone = told !== SensorState.LIVE;
   const refused = Object.entries(sensor.rejected).filter(([, n]) => n > 0n);
   return (
     <li class={`card ${gone ? "gone" : ""}`} data-testid="sensor-card" data-sensor={name} data-state={state.name} aria-label={`Sensor ${name}, ${state.word}`}>
