@@ -1,0 +1,114 @@
+//! The command line: global options and the list of subcommands. Each subcommand's own options stand in its file.
+
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+
+use crate::commands::{
+    agent, calibrate, completions, demo, doctor, record, refuse, server, simulate, takes, watch,
+};
+
+/// One motion-capture system out of a room of cheap depth sensors.
+#[derive(Debug, Parser)]
+#[command(
+    name = "posefuse",
+    version,
+    about,
+    long_about = "One motion-capture system out of a room of cheap depth sensors.\n\n\
+        Try it without any sensor: `posefuse demo`. With sensors: `posefuse server` on one computer, `posefuse agent` \
+        beside each sensor, `posefuse calibrate` once, then `posefuse record`.\n\n\
+        Exit codes: 0 done, 1 failed, 2 wrong usage or configuration, 3 done with loss.",
+    propagate_version = true,
+    arg_required_else_help = true
+)]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) global: Global,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// Options that every subcommand takes.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct Global {
+    /// Print results as JSON, for scripts
+    #[arg(long, global = true, help_heading = "Global options")]
+    pub(crate) json: bool,
+    /// Say more on stderr; twice for everything
+    #[arg(short, long, global = true, action = ArgAction::Count, help_heading = "Global options")]
+    pub(crate) verbose: u8,
+    /// How log lines look on stderr
+    #[arg(long, global = true, value_enum, default_value_t, value_name = "FORMAT", help_heading = "Global options")]
+    pub(crate) log_format: LogFormat,
+    /// Whether to colour what people read
+    #[arg(long, global = true, value_enum, default_value_t, value_name = "WHEN", help_heading = "Global options")]
+    pub(crate) color: When,
+}
+
+/// How log lines look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LogFormat {
+    /// One line an event, for people.
+    #[default]
+    Text,
+    /// One JSON object an event, for log collectors.
+    Json,
+}
+
+/// When to do something.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum When {
+    /// If the output is a terminal and NO_COLOR is not set.
+    #[default]
+    Auto,
+    /// In any case.
+    Always,
+    /// Not at all.
+    Never,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Show everything at once: a server and simulated sensors, calibrated, recorded, on a dashboard
+    Demo(demo::DemoArgs),
+    /// Run the server of a room
+    Server(server::ServerArgs),
+    /// Run the agent of one sensor
+    Agent(agent::AgentArgs),
+    /// Find out where the sensors stand, from one person's walk
+    Calibrate(calibrate::CalibrateArgs),
+    /// Record a take; Ctrl-C ends it
+    Record(record::RecordArgs),
+    /// List, show and repair takes
+    Takes(takes::TakesArgs),
+    /// Fuse a take again, with the same or other settings
+    Refuse(refuse::RefuseArgs),
+    /// Make a take from simulated sensors, faster than real time, and measure the error against the truth
+    Simulate(simulate::SimulateArgs),
+    /// Print the fused people as they move
+    Watch(watch::WatchArgs),
+    /// Say what is wrong with this machine or room, and what to do
+    Doctor(doctor::DoctorArgs),
+    /// Print shell completions
+    Completions(completions::CompletionsArgs),
+}
+
+impl Command {
+    /// What is logged unless `-v` or POSEFUSE_LOG says otherwise: services tell of their doings, tools of trouble.
+    pub(crate) fn default_log_level(&self) -> tracing::Level {
+        match self {
+            Self::Server(_) | Self::Agent(_) => tracing::Level::INFO,
+            _ => tracing::Level::WARN,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

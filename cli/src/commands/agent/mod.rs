@@ -1,0 +1,247 @@
+//! `posefuse agent`: the agent of one sensor, or of something that takes a sensor's place.
+
+mod take;
+
+use std::path::PathBuf;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use clap::{Args, Subcommand, ValueEnum};
+use posefuse_agent::{AgentConfig, AgentError, AgentReport, End, Parts, SourceConfig, source};
+use posefuse_simulator::{Layout, Scenario};
+use serde::Serialize;
+
+use crate::args::Global;
+use crate::failure::{Outcome, usage};
+use crate::{output, shutdown};
+
+/// Agents of simulated sensors that are started by hand share their people if they start within this time.
+const SHARED_EPOCH: u64 = 300;
+
+/// Run the agent of one sensor. It may start before its server, and comes back by itself when the server does
+#[derive(Debug, Args)]
+pub(crate) struct AgentArgs {
+    #[command(subcommand)]
+    source: Source,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// What every agent takes.
+#[derive(Debug, Args)]
+struct Common {
+    /// The sensor's name, unique in the room
+    #[arg(long, global = true, value_name = "NAME")]
+    name: Option<String>,
+    /// The server of the room
+    #[arg(long, global = true, value_name = "URL", env = "POSEFUSE_SERVER", default_value = crate::room::DEFAULT_URL)]
+    server: crate::room::ServerUrl,
+    /// When the source has ended: how long to go on delivering what the server has not got yet
+    #[arg(long, global = true, value_name = "S", default_value = "60", value_parser = crate::commands::seconds)]
+    drain: f64,
+    /// End when stdin ends
+    #[arg(long, global = true, hide = true)]
+    exit_with_parent: bool,
+}
+
+/// Where frames come from.
+#[derive(Debug, Subcommand)]
+enum Source {
+    /// A sensor of a simulated room
+    Sim(SimArgs),
+    /// A sensor of a recorded take, played back
+    Take(take::TakeArgs),
+    /// One Kinect of a recorded session with two Kinects v2 (CSV)
+    Csv(CsvArgs),
+}
+
+/// Which room, and which of its sensors.
+#[derive(Debug, Args)]
+struct SimArgs {
+    /// Which of the room's sensors this is, from 1
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=64))]
+    sensor: u32,
+    /// How many sensors the room has
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=64))]
+    sensors: u32,
+    /// How many people are in the room
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(0..=8))]
+    people: u32,
+    /// What everything random is drawn from; the same for all agents of a room
+    #[arg(long, value_name = "NUMBER", default_value = "1")]
+    seed: u64,
+    /// Where the sensors stand
+    #[arg(long, value_enum, default_value_t)]
+    layout: LayoutArg,
+    /// Everything about the room, as TOML, instead of the options above
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sensors", "people", "seed", "layout"])]
+    scenario: Option<PathBuf>,
+    /// When the simulation begins, ns since 1970: the same for all agents of a room [default: the last full five
+    /// minutes]
+    #[arg(long, value_name = "NS")]
+    epoch_ns: Option<i64>,
+}
+
+/// Where simulated sensors stand.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum LayoutArg {
+    /// All around.
+    #[default]
+    Ring,
+    /// Over 100 degrees, in front.
+    Arc,
+}
+
+impl From<LayoutArg> for Layout {
+    fn from(layout: LayoutArg) -> Self {
+        match layout {
+            LayoutArg::Ring => Self::Ring,
+            LayoutArg::Arc => Self::Arc,
+        }
+    }
+}
+
+/// Which recording, and which of its Kinects.
+#[derive(Debug, Args)]
+struct CsvArgs {
+    /// The recording
+    file: PathBuf,
+    /// Which Kinect: 1 or 2, or its computer's address as the file has it
+    #[arg(long, value_name = "WHICH", default_value = "1")]
+    kinect: String,
+    /// How many times faster than recorded
+    #[arg(long, value_name = "FACTOR", default_value = "1")]
+    speed: f64,
+    /// Begin again at the end, for ever
+    #[arg(long = "loop")]
+    repeat: bool,
+    /// Begin at the next multiple of this many seconds of the clock, so that two agents play in step; 0: at once
+    #[arg(long, value_name = "S", default_value = "0")]
+    align: f64,
+    /// Hand frames on as they were captured, without the delays of the recording's logger
+    #[arg(long)]
+    prompt: bool,
+}
+
+/// What `--json` prints at the end.
+#[derive(Serialize)]
+struct ReportView {
+    name: String,
+    end: String,
+    captured: u64,
+    delivered: u64,
+    dropped: u64,
+    unacknowledged: u64,
+    connections: u64,
+}
+
+pub(crate) async fn run(args: &AgentArgs, global: &Global) -> anyhow::Result<Outcome> {
+    let stop = shutdown::service(args.common.exit_with_parent)?;
+    let stopped = async move { stop.cancelled().await };
+    let (config, parts) = (config(args)?, Parts::system());
+    let name = config.name.clone();
+    tracing::info!("agent `{name}` sends to {}", args.common.server);
+    let report = match &args.source {
+        Source::Take(take) => {
+            let source = take.open(&parts)?;
+            posefuse_agent::run_with(source, config, parts, stopped).await
+        }
+        Source::Sim(_) | Source::Csv(_) => posefuse_agent::run(config, parts, stopped).await,
+    };
+    let report = report.map_err(|error| match error {
+        AgentError::Config { reason } => usage(reason),
+        other => other.into(),
+    })?;
+    tell(&name, &report, global)?;
+    Ok(if report.dropped > 0 || report.unacknowledged > 0 { Outcome::DoneWithLoss } else { Outcome::Done })
+}
+
+fn config(args: &AgentArgs) -> anyhow::Result<AgentConfig> {
+    let (source, usual_name) = match &args.source {
+        Source::Sim(sim) => (SourceConfig::Sim(sim.config()?), Some(format!("sim{}", sim.sensor))),
+        Source::Csv(csv) => (SourceConfig::Csv(csv.config()), None),
+        // A take is opened apart and handed to the agent, which then asks its own sources for nothing.
+        Source::Take(take) => (SourceConfig::Sim(nothing()), Some(take.sensor.clone())),
+    };
+    let name = args.common.name.clone().or(usual_name);
+    let name = name.ok_or_else(|| usage("the sensor needs a name: --name left, for example"))?;
+    let mut config = AgentConfig::new(args.common.server.uri().clone(), name, source);
+    config.drain = Duration::from_secs_f64(args.common.drain);
+    Ok(config)
+}
+
+fn nothing() -> source::SimConfig {
+    source::SimConfig { scenario: Scenario::default(), sensor: 0, epoch_unix_ns: None }
+}
+
+impl SimArgs {
+    fn config(&self) -> anyhow::Result<source::SimConfig> {
+        let scenario = match &self.scenario {
+            Some(file) => read_scenario(file)?,
+            None => Scenario {
+                seed: self.seed,
+                people: self.people as usize,
+                sensors: self.sensors as usize,
+                layout: self.layout.into(),
+                ..Scenario::default()
+            },
+        };
+        Ok(source::SimConfig {
+            sensor: self.sensor as usize - 1,
+            epoch_unix_ns: Some(self.epoch_ns.unwrap_or_else(shared_epoch_ns)),
+            scenario,
+        })
+    }
+}
+
+/// Reads a scenario. A mistake in it is a wrong usage.
+pub(crate) fn read_scenario(file: &std::path::Path) -> anyhow::Result<Scenario> {
+    let shown = file.display();
+    let text = std::fs::read_to_string(file)
+        .map_err(|error| usage(format!("the scenario `{shown}` cannot be read: {error}")))?;
+    posefuse_fusion::parse_toml(&text).map_err(|error| usage(format!("the scenario `{shown}`, {error}")))
+}
+
+fn shared_epoch_ns() -> i64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+    ((now - now % SHARED_EPOCH) * 1_000_000_000) as i64
+}
+
+impl CsvArgs {
+    fn config(&self) -> source::CsvConfig {
+        source::CsvConfig {
+            speed: self.speed,
+            repeat: self.repeat,
+            align_s: self.align,
+            prompt: self.prompt,
+            ..source::CsvConfig::new(&self.file, &self.kinect)
+        }
+    }
+}
+
+fn tell(name: &str, report: &AgentReport, global: &Global) -> anyhow::Result<()> {
+    let end = match &report.end {
+        End::SourceEnded => "the source ended".to_owned(),
+        End::ShutDown => "asked to end".to_owned(),
+        End::Stopped(reason) => format!("stopped by the server: {reason}"),
+    };
+    if global.json {
+        return output::json(&ReportView {
+            name: name.to_owned(),
+            end,
+            captured: report.captured,
+            delivered: report.delivered,
+            dropped: report.dropped,
+            unacknowledged: report.unacknowledged,
+            connections: report.connections,
+        });
+    }
+    output::line(format!("{name}: {end}; {} frames captured, {} delivered", report.captured, report.delivered))?;
+    if report.dropped > 0 {
+        output::warn(&format!("{} frames were dropped while no server took them", report.dropped));
+    }
+    if report.unacknowledged > 0 {
+        let why = report.trouble.as_deref().map_or_else(String::new, |trouble| format!(": {trouble}"));
+        output::warn(&format!("{} frames were never acknowledged by the server{why}", report.unacknowledged));
+    }
+    Ok(())
+}

@@ -1,0 +1,239 @@
+//! `posefuse demo`: the whole product in one command. A server and simulated agents run as processes of their own;
+//! this process conducts them over the same `Room` service that every client has.
+
+mod browser;
+mod fleet;
+mod live;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::bail;
+use clap::Args;
+use posefuse_proto::v1::{CalibrateRequest, StartTakeRequest, StopTakeRequest, Take};
+use serde::Serialize;
+use tokio_util::sync::CancellationToken;
+
+use self::fleet::Fleet;
+use super::{calibrate, record};
+use crate::args::Global;
+use crate::failure::Outcome;
+use crate::output::{Style, line, note, paint};
+use crate::room::{self, Room};
+use crate::takes_folder::TakesFolder;
+use crate::views::{CalibrationView, TakeView};
+use crate::{output, shutdown};
+
+/// Show everything at once: a server and simulated sensors as processes of their own, calibrated from the simulated
+/// person's walk, recorded, on a dashboard. Ctrl-C ends all of it
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    /// How many people are in the room
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=6))]
+    pub(crate) people: u32,
+    /// How many sensors, each with an agent of its own
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=16))]
+    pub(crate) sensors: u32,
+    /// Record for this long, then end
+    #[arg(long, value_name = "S", value_parser = super::seconds)]
+    seconds: Option<f64>,
+    /// How long the calibration watches the walk
+    #[arg(long, value_name = "S", default_value = "20", value_parser = super::seconds)]
+    walk: f64,
+    /// Leave the sensors where they are unknown, to calibrate from the dashboard
+    #[arg(long)]
+    no_calibrate: bool,
+    /// Do not open a browser
+    #[arg(long)]
+    no_browser: bool,
+    /// What everything random is drawn from
+    #[arg(long, value_name = "NUMBER", default_value = "1")]
+    pub(crate) seed: u64,
+    /// Where the server listens; a taken port is replaced by a free one
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7400")]
+    pub(crate) listen: std::net::SocketAddr,
+    #[command(flatten)]
+    pub(crate) takes: TakesFolder,
+}
+
+/// What `--json` prints at the end.
+#[derive(Serialize)]
+struct DemoView {
+    url: String,
+    calibration: Option<CalibrationView>,
+    take: Option<TakeView>,
+    /// Agents that ended before they were to.
+    lost_agents: Vec<String>,
+}
+
+/// How long the sensors may take to be live.
+const LIVE_WITHIN: Duration = Duration::from_secs(20);
+
+pub(crate) async fn run(args: &DemoArgs, global: &Global) -> anyhow::Result<Outcome> {
+    let stop = shutdown::on_signal()?;
+    let mut fleet = Fleet::new(args, global.verbose > 0)?;
+    let mut show = Show::default();
+    let shown = show.run(args, global, &mut fleet, &stop).await;
+    if stop.is_cancelled() {
+        note("\nending: the take, the agents, the server");
+    }
+    let stopped = show.end_take().await;
+    show.lost_agents = fleet.lost().to_vec();
+    let unclean = fleet.stop().await;
+    shown?;
+    stopped?;
+    for name in unclean {
+        output::warn(&format!("{name} did not end by itself and was killed"));
+    }
+    show.report(args, global)
+}
+
+/// What has come of the demo so far.
+#[derive(Default)]
+struct Show {
+    url: String,
+    folder: PathBuf,
+    room: Option<Room>,
+    calibration: Option<CalibrationView>,
+    recording: bool,
+    take: Option<Take>,
+    lost_agents: Vec<String>,
+}
+
+impl Show {
+    /// From the first process to the end of the show.
+    async fn run(
+        &mut self,
+        args: &DemoArgs,
+        global: &Global,
+        fleet: &mut Fleet,
+        stop: &CancellationToken,
+    ) -> anyhow::Result<()> {
+        let server = tokio::select! {
+            () = stop.cancelled() => return Ok(()),
+            server = fleet.start_server() => server?,
+        };
+        self.url = server.url.to_string();
+        self.folder = server.takes;
+        self.announce(global);
+        fleet.start_agents(&server.url)?;
+        let mut room = room::connect(&server.url).await?;
+        self.room = Some(room.clone());
+        tokio::select! {
+            () = stop.cancelled() => return Ok(()),
+            ready = live::until_all_live(&mut room, args.sensors as usize, LIVE_WITHIN) => ready?,
+            ended = fleet.any_ended() => return Err(ended.error),
+        }
+        note(format!("{} sensors are live, each an agent process of its own", args.sensors));
+        if !args.no_browser && !browser::open(&self.url) {
+            note("no browser could be opened here; open the address above yourself");
+        }
+        if !args.no_calibrate && args.sensors > 1 {
+            tokio::select! {
+                calibrated = self.calibrate(&mut room, args, global, stop) => calibrated?,
+                ended = fleet.any_ended() => return Err(ended.error),
+            }
+        }
+        if stop.is_cancelled() {
+            return Ok(());
+        }
+        let take = room.start_take(take_request(args)).await;
+        let name = take.map_err(|status| room::refused(&status))?.into_inner().name;
+        self.recording = true;
+        note(format!("recording `{name}`; Ctrl-C ends the demo"));
+        live::show(&mut room, args.seconds.map(Duration::from_secs_f64), fleet, stop).await
+    }
+
+    /// Says where to look, so that nobody can miss it.
+    fn announce(&self, global: &Global) {
+        let address = format!("  dashboard   {}  ", self.url);
+        if global.json {
+            return note(address);
+        }
+        let rule = "-".repeat(address.len());
+        // A stdout that is closed already shows itself at the end again.
+        let _ = line(format!("{rule}\n{}\n{rule}", paint(Style::Bold, &address)));
+    }
+
+    /// Calibrates from the person's walk; if that fails, once more for twice as long.
+    async fn calibrate(
+        &mut self,
+        room: &mut Room,
+        args: &DemoArgs,
+        global: &Global,
+        stop: &CancellationToken,
+    ) -> anyhow::Result<()> {
+        for seconds in [args.walk, 2.0 * args.walk] {
+            let request = CalibrateRequest { seconds, dry_run: false };
+            let Some(result) = calibrate::live::follow(room, request, stop).await? else {
+                return Ok(());
+            };
+            let view = CalibrationView::from(&result);
+            if !global.json {
+                calibrate::verdict::summary(&view)?;
+            }
+            let failed = view.verdict == "failed";
+            self.calibration = Some(view);
+            if !failed {
+                return Ok(());
+            }
+            note("calibrating once more, for longer");
+        }
+        let reasons = self.calibration.as_ref().map_or_else(String::new, |c| c.reasons.join("; "));
+        bail!("the simulated sensors could not be calibrated: {reasons}; try --walk 60 or another --seed")
+    }
+
+    /// Ends the take, if one was begun.
+    async fn end_take(&mut self) -> anyhow::Result<()> {
+        if !self.recording {
+            return Ok(());
+        }
+        let Some(room) = &mut self.room else { return Ok(()) };
+        let take = room.stop_take(StopTakeRequest {}).await;
+        self.take = Some(take.map_err(|status| room::refused(&status))?.into_inner());
+        Ok(())
+    }
+
+    /// Says what is there now and how to look at it again.
+    fn report(self, args: &DemoArgs, global: &Global) -> anyhow::Result<Outcome> {
+        let Some(take) = &self.take else {
+            note("ended before a take was begun; nothing was recorded");
+            return Ok(Outcome::Done);
+        };
+        let file = self.folder.join(format!("{}.mcap", take.name));
+        if global.json {
+            let view = TakeView { path: Some(file.display().to_string()), ..TakeView::from(take) };
+            output::json_pretty(&DemoView {
+                url: self.url,
+                calibration: self.calibration,
+                take: Some(view),
+                lost_agents: self.lost_agents.clone(),
+            })?;
+        } else {
+            record::summary(take, &self.folder.display().to_string())?;
+            again(args, &take.name)?;
+        }
+        match (self.lost_agents.is_empty(), record::outcome(take)) {
+            (true, outcome) => Ok(outcome),
+            (false, _) => Ok(Outcome::DoneWithLoss),
+        }
+    }
+}
+
+fn take_request(args: &DemoArgs) -> StartTakeRequest {
+    StartTakeRequest {
+        name: String::new(),
+        slate: "demo".to_owned(),
+        notes: format!("{} simulated sensors, {}, seed {}", args.sensors, output::people(args.people), args.seed),
+    }
+}
+
+/// How to look at the take again.
+fn again(args: &DemoArgs, take: &str) -> anyhow::Result<()> {
+    let folder = args.takes.named().map_or_else(String::new, |dir| format!(" --takes {}", dir.display()));
+    line(format!("\nsee it again   posefuse server{folder}   and pick it from the takes on the dashboard"))?;
+    line(format!("what is in it  posefuse takes show {take}{folder}"))?;
+    line(format!("fuse it again  posefuse refuse {take}{folder}"))?;
+    line("in Foxglove    open the .mcap file: the people and the sensors move in its 3D panel")?;
+    Ok(())
+}

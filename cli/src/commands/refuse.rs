@@ -1,0 +1,123 @@
+//! `posefuse refuse`: a take fused again, into a new take beside it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::Context;
+use clap::Args;
+use posefuse_session::{DiskStorage, RefuseOptions, RefuseReport, Storage, refuse};
+use serde::Serialize;
+
+use crate::args::Global;
+use crate::commands::server::{BUILD, read_config};
+use crate::failure::{Outcome, usage};
+use crate::output::{Style, line, paint};
+use crate::takes_folder::{Located, TakesFolder};
+use crate::views::TakeView;
+use crate::{output, progress};
+
+/// Fuse a take again, into a new take beside it: with other settings, another calibration, or the same ones to show
+/// that the same comes out
+#[derive(Debug, Args)]
+pub(crate) struct RefuseArgs {
+    /// The take: its name or its file
+    take: PathBuf,
+    /// Other settings: a server's configuration, whose [fusion] part is used
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Another calibration, e.g. from `posefuse calibrate --from TAKE --out FILE`
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+    /// The new take's name [default: the old one's with -refused]
+    #[arg(long, value_name = "NAME")]
+    out: Option<String>,
+    #[command(flatten)]
+    takes: TakesFolder,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct RefuseView {
+    take: TakeView,
+    inputs: u64,
+    recorded_frames: u64,
+    frames: u64,
+    identical: bool,
+    from_snapshot: bool,
+    /// How many frames before the first that differs were the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    same_until: Option<u64>,
+}
+
+pub(crate) fn run(args: &RefuseArgs, global: &Global) -> anyhow::Result<Outcome> {
+    let located = args.takes.find(&args.take)?;
+    let options = RefuseOptions {
+        config: args.config.as_deref().map(read_config).transpose()?.map(|config| config.fusion),
+        calibration: args.calibration.as_deref().map(read_calibration).transpose()?,
+        build: BUILD.to_owned(),
+        name: args.out.clone(),
+    };
+    let storage: Arc<dyn Storage> = Arc::new(DiskStorage::new(&located.folder)?);
+    let bar = progress::bar(1, "fusing");
+    let mut show = |progress: posefuse_session::RefuseProgress| {
+        bar.set_length(progress.total.max(1));
+        bar.set_position(progress.done);
+    };
+    let report = refuse(&storage, &located.name, &options, &mut show);
+    bar.finish_and_clear();
+    let report = report?;
+    if global.json {
+        output::json_pretty(&view(&report, &located))?;
+    } else {
+        let changed = options.config.is_some() || options.calibration.is_some();
+        tell(&report, &located, changed)?;
+    }
+    let lost = report.take.dropped > 0 || !report.take.trouble.is_empty();
+    Ok(if lost { Outcome::DoneWithLoss } else { Outcome::Done })
+}
+
+/// Reads a calibration file. A mistake in it is a wrong usage.
+pub(crate) fn read_calibration(file: &std::path::Path) -> anyhow::Result<posefuse_skeleton::Calibration> {
+    let shown = file.display();
+    let text = std::fs::read_to_string(file).with_context(|| format!("the calibration `{shown}` cannot be read"));
+    let text = text.map_err(|error| usage(format!("{error:#}")))?;
+    posefuse_calibration::from_toml(&text).map_err(|error| usage(format!("the calibration `{shown}`: {error}")))
+}
+
+fn view(report: &RefuseReport, located: &Located) -> RefuseView {
+    let path = located.folder.join(format!("{}.mcap", report.take.name));
+    RefuseView {
+        take: TakeView { path: Some(path.display().to_string()), ..TakeView::from(&report.take) },
+        inputs: report.inputs,
+        recorded_frames: report.recorded_frames,
+        frames: report.frames,
+        identical: report.identical,
+        from_snapshot: report.from_snapshot,
+        same_until: report.first_difference.as_ref().map(|difference| difference.after),
+    }
+}
+
+fn tell(report: &RefuseReport, located: &Located, changed: bool) -> anyhow::Result<()> {
+    let name = &report.take.name;
+    line(format!(
+        "take {} from {}: {} frames out of {} inputs (before: {} frames)",
+        paint(Style::Bold, name),
+        located.name,
+        report.frames,
+        report.inputs,
+        report.recorded_frames,
+    ))?;
+    line(format!("     {}", located.folder.join(format!("{name}.mcap")).display()))?;
+    match &report.first_difference {
+        None => line(format!("{}: every frame is byte for byte the recorded one", paint(Style::Good, "identical")))?,
+        Some(first) => line(format!("{}: frame {} is the first that differs", paint(Style::Bold, "different"), first.after + 1))?,
+    }
+    if !changed && !report.identical {
+        output::warn(if report.from_snapshot {
+            "with the same settings and build every frame should be the same; please report this take"
+        } else {
+            "the take was made by another build or began mid-stream without its snapshot, so the engine began cold"
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,68 @@
+//! A walk for the solver out of engine inputs: times mapped by the engine itself, as a server does it.
+
+use posefuse_calibration::{Collector, Walk};
+use posefuse_fusion::{Config, Engine, Input, Output};
+use posefuse_session::TakeReader;
+use posefuse_skeleton::{SensorId, SensorInfo};
+
+/// Frames kept per sensor: ten minutes at 30 Hz.
+const FRAMES: usize = 18_000;
+
+/// Gathers a walk from inputs as they go by.
+pub(crate) struct WalkTap {
+    engine: Engine,
+    collector: Collector,
+}
+
+impl WalkTap {
+    /// Gathers from these sensors, with the clock mapping of this configuration.
+    pub(crate) fn new<'a>(sensors: impl IntoIterator<Item = &'a SensorInfo>, config: Config) -> Self {
+        let names: Vec<(SensorId, String)> = sensors.into_iter().map(|s| (s.id, s.name.clone())).collect();
+        Self { engine: Engine::new(config), collector: Collector::with_limit(names, FRAMES) }
+    }
+
+    /// Takes in one input, in the order the engine would.
+    pub(crate) fn add(&mut self, input: &Input) {
+        match input {
+            Input::Observation(observation) => {
+                if let Some(time) = self.engine.map_time(observation.sensor, observation.captured) {
+                    self.collector.add(observation.sensor, time, &observation.bodies);
+                }
+            }
+            // Poses play no part in mapping clocks, and without them nothing is fused, which saves the time.
+            Input::Calibration(_) | Input::Tick(_) => {}
+            Input::Sensor(_) | Input::ClockSample(_) => {
+                self.engine.handle(input.clone());
+                while !matches!(self.engine.poll(), Output::WakeAt(_)) {}
+            }
+        }
+    }
+
+    /// What has been gathered.
+    pub(crate) fn walk(&self) -> Walk {
+        self.collector.walk()
+    }
+}
+
+/// The walk in a take.
+pub(crate) fn walk_of(reader: &TakeReader) -> anyhow::Result<Walk> {
+    let (_, preamble) = reader.beginning()?;
+    let mut sensors: Vec<SensorInfo> = Vec::new();
+    let note = |sensors: &mut Vec<SensorInfo>, input: &Input| {
+        if let Input::Sensor(info) = input
+            && !sensors.iter().any(|known| known.id == info.id)
+        {
+            sensors.push(info.clone());
+        }
+    };
+    preamble.iter().for_each(|input| note(&mut sensors, input));
+    for input in reader.inputs() {
+        note(&mut sensors, &input?);
+    }
+    let mut tap = WalkTap::new(&sensors, Config::default());
+    preamble.iter().for_each(|input| tap.add(input));
+    for input in reader.inputs() {
+        tap.add(&input?);
+    }
+    Ok(tap.walk())
+}
