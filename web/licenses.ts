@@ -47,5 +47,6 @@ function notices(modules: string[]): string {
     const opening = /^(?:\s*\/\/[^\n]*\n|\s*\n)+/.exec(readFileSync(path, "utf8"))?.[0] ?? "";
     if (/copyright/i.test(opening)) found.add(opening.replaceAll(/^\s*\/\/ ?/gm, "").trim());
   }
-  return [...found].join("\n\n");
+  const longer = (text: string) => [...found].some((other) => other !== text && text.startsWith(other));
+  return [...found].filter((text) => !longer(text)).join("\n\n");
 }

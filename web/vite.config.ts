@@ -25,7 +25,7 @@ export default defineConfig({
   server: {
     // `npm run dev` serves the page itself and passes calls on to a running server.
     proxy: {
-      "/posefuse.v1.Room": { target: process.env["POSEFUSE_SERVER"] ?? "http://127.0.0.1:7370" },
+      "/posefuse.v1.Room": { target: process.env["POSEFUSE_SERVER"] ?? "http://127.0.0.1:7400" },
     },
   },
   test: { include: ["src/**/*.test.ts"], environment: "node" },

@@ -57,6 +57,7 @@ const browser = await chromium.launch({ executablePath, headless: true, args: FL
 const report = new Report(opts);
 try {
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, colorScheme: "dark" });
+  context.setDefaultTimeout(10_000);
   const page = await context.newPage();
   report.watch(page);
   await report.step("the page opens", async () => {
