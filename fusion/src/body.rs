@@ -46,9 +46,9 @@ impl Body {
         self.confidence[index] = confidence;
     }
 
-    /// The same joints with left and right exchanged.
-    pub(crate) fn mirror(&mut self) {
-        for (left, right) in SIDE_PAIRS {
+    /// Exchanges left and right of those halves of the body that are set in `halves`.
+    pub(crate) fn mirror(&mut self, halves: Halves<bool>) {
+        for (left, right) in pairs(halves) {
             self.position.swap(left, right);
             self.confidence.swap(left, right);
             let (had_left, had_right) = (self.has(left), self.has(right));
@@ -58,18 +58,37 @@ impl Body {
     }
 }
 
-/// Numbers of the left and right joint of each pair.
-pub(crate) const SIDE_PAIRS: [(usize, usize); 10] = [
+/// Something for the upper half of the body (arms and shoulders) and for the lower (legs and hips): trackers
+/// exchange left and right of each alone, too.
+pub(crate) type Halves<T> = [T; 2];
+
+/// Upper and lower, in the order of [`Halves`].
+pub(crate) const HALVES: Halves<&[(usize, usize)]> = [
+    SIDE_PAIRS.split_at(UPPER_PAIRS).0,
+    SIDE_PAIRS.split_at(UPPER_PAIRS).1,
+];
+
+/// The pairs of the halves that are set.
+pub(crate) fn pairs(halves: Halves<bool>) -> impl Iterator<Item = (usize, usize)> {
+    let chosen = HALVES.into_iter().zip(halves).filter(|(_, chosen)| *chosen);
+    chosen.flat_map(|(pairs, _)| pairs.iter().copied())
+}
+
+/// How many of the pairs belong to the upper half.
+const UPPER_PAIRS: usize = 6;
+
+/// Numbers of the left and right joint of each pair, the upper half first.
+const SIDE_PAIRS: &[(usize, usize); 10] = &[
     (Joint::ShoulderLeft as usize, Joint::ShoulderRight as usize),
     (Joint::ElbowLeft as usize, Joint::ElbowRight as usize),
     (Joint::WristLeft as usize, Joint::WristRight as usize),
     (Joint::HandLeft as usize, Joint::HandRight as usize),
+    (Joint::HandTipLeft as usize, Joint::HandTipRight as usize),
+    (Joint::ThumbLeft as usize, Joint::ThumbRight as usize),
     (Joint::HipLeft as usize, Joint::HipRight as usize),
     (Joint::KneeLeft as usize, Joint::KneeRight as usize),
     (Joint::AnkleLeft as usize, Joint::AnkleRight as usize),
     (Joint::FootLeft as usize, Joint::FootRight as usize),
-    (Joint::HandTipLeft as usize, Joint::HandTipRight as usize),
-    (Joint::ThumbLeft as usize, Joint::ThumbRight as usize),
 ];
 
 /// For each joint number, the number of its mirror image.
@@ -107,11 +126,13 @@ mod tests {
         body.set(Joint::WristLeft as usize, Vector3::x(), 0.5);
         body.set(Joint::Head as usize, Vector3::z(), 1.0);
         let before = body.clone();
-        body.mirror();
+        body.mirror([true; 2]);
         assert_eq!(body.get(Joint::WristRight), Some(Vector3::x()));
         assert_eq!(body.get(Joint::WristLeft), None);
         assert_eq!(body.get(Joint::Head), Some(Vector3::z()));
-        body.mirror();
+        body.mirror([true; 2]);
         assert_eq!(body.mask, before.mask);
+        body.mirror([false, true]);
+        assert_eq!(body.get(Joint::WristLeft), Some(Vector3::x()), "legs only");
     }
 }

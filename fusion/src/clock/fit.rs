@@ -10,8 +10,11 @@ use crate::config::{ClockConfig, seconds_to_ns};
 
 /// Probes a drift needs.
 const MIN_FOR_DRIFT: usize = 8;
-/// Spread of the delay of even the best probes, ns.
+/// Spread of the offset of even the best probes, ns, and as a share of their delay.
 const BEST_NS: f64 = 20_000.0;
+const BEST_SHARE: f64 = 0.3;
+/// Clocks drift by about this much before anything is measured; little evidence changes little.
+const USUAL_DRIFT: f64 = 50e-6;
 /// A drift is not applied over more than this, ns.
 const MAX_SPAN_NS: i64 = 3_600_000_000_000;
 
@@ -103,7 +106,7 @@ fn regress(probes: &VecDeque<Probe>, at_ns: i64, config: &ClockConfig) -> (i64, 
     let (mut s, mut st, mut stt, mut so, mut sto) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for probe in probes {
         let age_ns = at_ns.saturating_sub(probe.at_ns);
-        let mut sigma = BEST_NS + (probe.half_ns - best_ns) as f64;
+        let mut sigma = BEST_NS + BEST_SHARE * best_ns as f64 + (probe.half_ns - best_ns) as f64;
         if !with_drift {
             sigma += drifted_ns(age_ns, config) as f64;
         }
@@ -117,9 +120,9 @@ fn regress(probes: &VecDeque<Probe>, at_ns: i64, config: &ClockConfig) -> (i64, 
         sto += weight * t * o;
     }
     let limit = config.max_drift_ppm * 1e-6;
-    let determinant = s * stt - st * st;
-    let drift = if with_drift && determinant > 0.0 {
-        ((s * sto - st * so) / determinant).clamp(-limit, limit)
+    let drift = if with_drift {
+        let prior = 1.0 / (USUAL_DRIFT * USUAL_DRIFT);
+        ((sto - st * so / s) / (stt - st * st / s + prior)).clamp(-limit, limit)
     } else {
         0.0
     };

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use posefuse_skeleton::{JOINT_COUNT, Joint, Provenance, SensorId, SensorSet, Timestamp};
 
 use super::cost::distance;
-use super::swap::{facing_cue, is_mirrored};
+use super::swap::{facing_cues, mirrored_halves};
 use super::track::{JointEstimate, Sample, TrackState};
 use super::{People, Placed};
 use crate::Config;
@@ -168,16 +168,14 @@ impl TrackState {
         }
         let mut body = placed.body.clone();
         if config.fuse.swaps {
-            source.facing_cue = facing_cue(&body, origin, walk);
+            source.facing_cue = facing_cues(&body, origin, walk);
             let was = source.mirrored;
-            source.mirrored = is_mirrored(&body, predicted, was);
-            if source.mirrored != was && source.samples.back().is_some() {
+            source.mirrored = mirrored_halves(&body, predicted, was);
+            if source.mirrored != was {
                 // Samples are never interpolated across a change of mind that may be wrong.
                 source.samples.clear();
             }
-            if source.mirrored {
-                body.mirror();
-            }
+            body.mirror(source.mirrored);
         }
         if self.is_nowhere() {
             self.plant(sensor, origin, time, &body, config);

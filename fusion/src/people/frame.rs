@@ -65,7 +65,7 @@ impl People {
             .tracks
             .iter()
             .filter(|t| time.since_ns(t.last_seen) <= show_ns && !t.is_nowhere())
-            .filter_map(TrackState::shown)
+            .filter_map(|t| t.shown(time, show_ns))
             .collect();
         shown.sort_unstable_by_key(|track| track.id);
         shown
@@ -85,11 +85,14 @@ impl People {
 }
 
 impl TrackState {
-    /// As the outside sees it, if it is a person.
-    fn shown(&self) -> Option<Track> {
+    /// As the outside sees it at `time`, if it is a person: the joints seen within `show_ns`.
+    fn shown(&self, time: Timestamp, show_ns: i64) -> Option<Track> {
         let mut skeleton = Skeleton::empty();
         for (joint, known) in Joint::ALL.into_iter().zip(&self.pose) {
-            skeleton[joint] = known.as_ref().map(|known| JointState {
+            let fresh = known
+                .as_ref()
+                .filter(|known| time.since_ns(known.seen) <= show_ns);
+            skeleton[joint] = fresh.map(|known| JointState {
                 position: Position::from_vector(known.position),
                 covariance: known.covariance,
                 confidence: Confidence::saturating(known.confidence as f32),
@@ -106,17 +109,16 @@ impl TrackState {
 
     /// Adds what the samples since the last frame say of the track's left and right; whether they said anything.
     fn weigh_facing(&mut self, elapsed_s: f64) -> bool {
-        let (mut sum, mut count) = (0.0, 0.0);
+        let (mut sum, mut count) = ([0.0; 2], 0.0);
         for source in &self.sources {
             if source
                 .newest()
                 .is_some_and(|newest| newest >= self.pose_time)
             {
-                sum += if source.mirrored {
-                    -source.facing_cue
-                } else {
-                    source.facing_cue
-                };
+                for (half, sum) in sum.iter_mut().enumerate() {
+                    let cue = source.facing_cue[half];
+                    *sum += if source.mirrored[half] { -cue } else { cue };
+                }
                 count += 1.0;
             }
         }
@@ -124,24 +126,24 @@ impl TrackState {
             return false;
         }
         let elapsed_s = elapsed_s.clamp(0.01, 0.1);
-        let kept = self.facing * (1.0 - elapsed_s / FACING_MEMORY_S);
-        self.facing = (kept + elapsed_s * sum / count).clamp(-FACING_LIMIT_S, FACING_LIMIT_S);
+        for (facing, sum) in self.facing.iter_mut().zip(sum) {
+            let kept = *facing * (1.0 - elapsed_s / FACING_MEMORY_S);
+            *facing = (kept + elapsed_s * sum / count).clamp(-FACING_LIMIT_S, FACING_LIMIT_S);
+        }
         true
     }
 
-    /// Exchanges left and right if the evidence is against them; whether it did.
+    /// Exchanges left and right where the evidence is against them; whether it did.
     fn settle_facing(&mut self, time: Timestamp) -> bool {
         let young = time.since_ns(self.since) < YOUNG_NS;
-        let turn = self.facing
-            < if young {
-                FACING_TURN_YOUNG_S
-            } else {
-                FACING_TURN_S
-            };
-        if turn {
-            self.mirror();
-        }
-        turn
+        let limit = if young {
+            FACING_TURN_YOUNG_S
+        } else {
+            FACING_TURN_S
+        };
+        let turn = self.facing.map(|facing| facing < limit);
+        self.mirror(turn);
+        turn.contains(&true)
     }
 
     /// Moves the pose to `time`: joints that were seen are fused, the others carried on for a while.
@@ -186,15 +188,16 @@ impl TrackState {
                     used = used.union(fused.provenance.sensors());
                     Some(JointEstimate {
                         position: fused.position,
-                        velocity: learn_velocity(known.as_ref(), fused.position, elapsed_s),
+                        velocity: learn_velocity(known.as_ref(), fused.position, time, elapsed_s),
                         covariance: fused.covariance,
                         confidence: fused.confidence,
                         provenance: fused.provenance,
                         seen: time,
                     })
                 }
-                None => known
-                    .and_then(|known| coast(known, time, elapsed_s, config.associate.show_ns())),
+                None => {
+                    known.map(|known| coast(known, time, elapsed_s, config.associate.show_ns()))
+                }
             };
         }
         report_residuals(&seen, pose, &velocity, config.fuse.min_confidence, residual);
@@ -203,47 +206,45 @@ impl TrackState {
     }
 }
 
-/// The velocity after a joint was found at `position`, `elapsed_s` after it was last known.
+/// The velocity after a joint was found at `position`; its pose had been carried on for `elapsed_s`.
 fn learn_velocity(
     known: Option<&JointEstimate>,
     position: Vector3<f64>,
+    time: Timestamp,
     elapsed_s: f64,
 ) -> Vector3<f64> {
     let Some(known) = known else {
         return Vector3::zeros();
     };
-    if elapsed_s <= 0.0 {
+    let unseen_s = time.since_seconds(known.seen);
+    if unseen_s <= 0.0 || elapsed_s <= 0.0 {
         return known.velocity;
     }
-    if elapsed_s > MAX_VELOCITY_GAP_S {
+    if unseen_s > MAX_VELOCITY_GAP_S {
         return Vector3::zeros();
     }
     let error = position - (known.position + known.velocity * elapsed_s);
-    let velocity = known.velocity + error * (VELOCITY_GAIN / elapsed_s);
+    let velocity = known.velocity + error * (VELOCITY_GAIN / unseen_s);
     velocity.cap_magnitude(MAX_SPEED_MPS)
 }
 
-/// An unseen joint carried on, less and less certain; gone after `show_ns`.
-fn coast(
-    known: JointEstimate,
-    time: Timestamp,
-    elapsed_s: f64,
-    show_ns: i64,
-) -> Option<JointEstimate> {
+/// An unseen joint carried on, less and less certain. After `show_ns` it stays where it is, not to be shown any
+/// more, but so that the person is known again by it.
+fn coast(known: JointEstimate, time: Timestamp, elapsed_s: f64, show_ns: i64) -> JointEstimate {
     if time.since_ns(known.seen) > show_ns {
-        return None;
+        return known;
     }
     let elapsed_s = elapsed_s.max(0.0);
     let left = (-elapsed_s / VELOCITY_DECAY_S).exp();
     let unsure = COAST_MPS * elapsed_s;
-    Some(JointEstimate {
+    JointEstimate {
         position: known.position + known.velocity * (VELOCITY_DECAY_S * (1.0 - left)),
         velocity: known.velocity * left,
         covariance: known.covariance + Matrix3::from_diagonal_element(unsure * unsure),
         confidence: known.confidence * (-elapsed_s / COAST_CONFIDENCE_S).exp(),
         provenance: Provenance::Predicted(SensorSet::EMPTY),
         seen: known.seen,
-    })
+    }
 }
 
 /// Each sensor's median distance to the fused joints, trusted sightings only.

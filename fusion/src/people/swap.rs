@@ -8,7 +8,7 @@
 use nalgebra::{Vector2, Vector3};
 use posefuse_skeleton::Joint;
 
-use crate::body::{Body, MIRROR, SIDE_PAIRS};
+use crate::body::{Body, HALVES, Halves, MIRROR};
 
 /// Squared distances above this are outliers, m^2.
 const CLIP_M2: f64 = 0.25;
@@ -18,12 +18,21 @@ const MARGIN_M2: f64 = 0.004;
 const TOES: f64 = 0.8;
 const KNEES: f64 = 0.4;
 const WALK: f64 = 0.5;
+/// What tells the left of each half from its right.
+const ENDS: Halves<(Joint, Joint)> = [
+    (Joint::ShoulderLeft, Joint::ShoulderRight),
+    (Joint::HipLeft, Joint::HipRight),
+];
 
-/// Whether `body` fits `predicted` better with left and right exchanged; `was` is the previous answer.
+/// Which halves of `body` fit `predicted` better with left and right exchanged; `was` is the previous answer.
 /// Where nothing can be said the previous answer stays.
-pub(crate) fn is_mirrored(body: &Body, predicted: &Body, was: bool) -> bool {
+pub(crate) fn mirrored_halves(body: &Body, predicted: &Body, was: Halves<bool>) -> Halves<bool> {
+    std::array::from_fn(|half| is_mirrored(HALVES[half], body, predicted, was[half]))
+}
+
+fn is_mirrored(pairs: &[(usize, usize)], body: &Body, predicted: &Body, was: bool) -> bool {
     let (mut as_is, mut mirrored, mut weights) = (0.0, 0.0, 0.0);
-    for (left, right) in SIDE_PAIRS {
+    for (left, right) in pairs.iter().copied() {
         if !(predicted.has(left) && predicted.has(right)) {
             continue;
         }
@@ -52,25 +61,23 @@ pub(crate) fn is_mirrored(body: &Body, predicted: &Body, was: bool) -> bool {
     }
 }
 
-/// How well the labels of `body` (as the sensor gave them) agree with everything that does not depend on labels,
-/// -1..=1. `origin` is the sensor's place, `walk` the person's velocity (m/s).
-pub(crate) fn facing_cue(body: &Body, origin: Vector3<f64>, walk: Vector3<f64>) -> f64 {
-    let Some(forward) = labelled_forward(body) else {
-        return 0.0;
-    };
-    let mut cue = 0.0;
-    if let Some(toes) = toes(body) {
-        cue += TOES * toes.dot(&forward);
-    }
-    if let Some(knees) = knees(body) {
-        cue += KNEES * knees.dot(&forward);
-    }
+/// How well the labels of each half of `body` (as the sensor gave them) agree with everything that does not depend
+/// on labels, -1..=1. `origin` is the sensor's place, `walk` the person's velocity (m/s).
+pub(crate) fn facing_cues(body: &Body, origin: Vector3<f64>, walk: Vector3<f64>) -> Halves<f64> {
+    let (toes, knees) = (toes(body), knees(body));
     let speed = walk.xy().norm();
-    if speed > 0.5 {
-        cue += WALK * walk.xy().dot(&forward) / speed;
-    }
-    cue += view(body, origin, forward);
-    cue.clamp(-1.0, 1.0)
+    ENDS.map(|(left, right)| {
+        let Some(forward) = labelled_forward(body, left, right) else {
+            return 0.0;
+        };
+        let mut cue = view(body, origin, forward);
+        cue += toes.map_or(0.0, |toes| TOES * toes.dot(&forward));
+        cue += knees.map_or(0.0, |knees| KNEES * knees.dot(&forward));
+        if speed > 0.5 {
+            cue += WALK * walk.xy().dot(&forward) / speed;
+        }
+        cue.clamp(-1.0, 1.0)
+    })
 }
 
 /// What the view itself says: a claimed back view is hardly a mistake, a claimed front view may be one.
@@ -93,16 +100,10 @@ fn view(body: &Body, origin: Vector3<f64>, forward: Vector2<f64>) -> f64 {
     }
 }
 
-/// Forward by the labels: left hand side turned a quarter clockwise, seen from above; unit vector.
-fn labelled_forward(body: &Body) -> Option<Vector2<f64>> {
-    let across = |left, right| Some(body.get(left)? - body.get(right)?);
-    let shoulders = across(Joint::ShoulderLeft, Joint::ShoulderRight);
-    let hips = across(Joint::HipLeft, Joint::HipRight);
-    let left = match (shoulders, hips) {
-        (Some(a), Some(b)) => a + b,
-        (a, b) => a.or(b)?,
-    };
-    unit(Vector2::new(left.y, -left.x), 0.1)
+/// Forward by the labels: from right to left, turned a quarter clockwise as seen from above; unit vector.
+fn labelled_forward(body: &Body, left: Joint, right: Joint) -> Option<Vector2<f64>> {
+    let left = body.get(left)? - body.get(right)?;
+    unit(Vector2::new(left.y, -left.x), 0.05)
 }
 
 /// Where the toes point.
@@ -175,14 +176,15 @@ mod tests {
     }
 
     #[test]
-    fn a_mirrored_body_is_noticed_both_ways() {
+    fn a_mirrored_half_is_noticed_both_ways() {
         let truth = standing();
-        let mut swapped = truth.clone();
-        swapped.mirror();
-        for was in [false, true] {
-            assert!(!is_mirrored(&truth, &truth, was));
-            assert!(is_mirrored(&swapped, &truth, was));
-            assert_eq!(is_mirrored(&truth, &Body::default(), was), was);
+        for halves in [[false, false], [true, false], [false, true], [true, true]] {
+            let mut swapped = truth.clone();
+            swapped.mirror(halves);
+            for was in [[false; 2], [true; 2]] {
+                assert_eq!(mirrored_halves(&swapped, &truth, was), halves);
+                assert_eq!(mirrored_halves(&swapped, &Body::default(), was), was);
+            }
         }
     }
 
@@ -190,10 +192,15 @@ mod tests {
     fn toes_and_knees_tell_a_front_from_a_back() {
         let truth = standing();
         let mut swapped = truth.clone();
-        swapped.mirror();
+        swapped.mirror([true, false]);
         let behind = Vector3::new(-3.0, 0.0, 1.5);
-        assert!(facing_cue(&truth, behind, Vector3::zeros()) > 0.9);
-        assert!(facing_cue(&swapped, behind, Vector3::zeros()) < -0.9);
+        assert!(
+            facing_cues(&truth, behind, Vector3::zeros())
+                .iter()
+                .all(|cue| *cue > 0.9)
+        );
+        let [upper, lower] = facing_cues(&swapped, behind, Vector3::zeros());
+        assert!(upper < -0.9 && lower > 0.9, "{upper} {lower}");
     }
 
     #[test]
@@ -201,10 +208,10 @@ mod tests {
         let mut torso = standing();
         torso.mask &= !(1 << Joint::FootLeft as u32 | 1 << Joint::FootRight as u32);
         torso.mask &= !(1 << Joint::KneeLeft as u32 | 1 << Joint::KneeRight as u32);
-        let aside = Vector3::new(0.0, 3.0, 1.5);
-        let ahead = facing_cue(&torso, aside, Vector3::new(1.0, 0.0, 0.0));
-        torso.mirror();
-        let back = facing_cue(&torso, aside, Vector3::new(1.0, 0.0, 0.0));
-        assert!(ahead > 0.5 && back < 0.0, "{ahead} {back}");
+        let (aside, ahead) = (Vector3::new(0.0, 3.0, 1.5), Vector3::x());
+        let [right, _] = facing_cues(&torso, aside, ahead);
+        torso.mirror([true; 2]);
+        let [wrong, _] = facing_cues(&torso, aside, ahead);
+        assert!(right > 0.5 && wrong < 0.0, "{right} {wrong}");
     }
 }

@@ -1,1 +1,206 @@
+use posefuse_skeleton::{JOINT_COUNT, Joint};
 
+use super::*;
+use crate::Config;
+
+fn id(index: usize) -> SensorId {
+    SensorId::new(index).unwrap()
+}
+
+fn at(ms: i64) -> Timestamp {
+    Timestamp::from_ns(7_000_000_000 + ms * 1_000_000)
+}
+
+/// A person of spread-out joints around (x, y), a little different per joint.
+fn person(x: f64, y: f64) -> Body {
+    let mut body = Body::default();
+    for index in 0..JOINT_COUNT {
+        let joint = Joint::ALL[index];
+        let side = match (joint as usize).cmp(&(joint.mirrored() as usize)) {
+            std::cmp::Ordering::Less => 0.15,
+            std::cmp::Ordering::Equal => 0.0,
+            std::cmp::Ordering::Greater => -0.15,
+        };
+        let height = 0.1 + 0.06 * (index.min(joint.mirrored() as usize)) as f64;
+        body.set(index, Vector3::new(x, y + side, height), 1.0);
+    }
+    body
+}
+
+fn placed(tracking_id: u64, body: Body) -> Placed {
+    Placed { tracking_id, body }
+}
+
+struct Room {
+    people: People,
+    config: Config,
+    origins: Vec<Option<Vector3<f64>>>,
+}
+
+impl Room {
+    fn new() -> Self {
+        let origin = |i: usize| {
+            let angle = i as f64 * 1.6;
+            Some(Vector3::new(3.0 * angle.cos(), 3.0 * angle.sin(), 1.5))
+        };
+        Self {
+            people: People::default(),
+            config: Config::default(),
+            origins: (0..SensorId::MAX_SENSORS).map(origin).collect(),
+        }
+    }
+
+    fn see(&mut self, sensor: usize, ms: i64, bodies: &[Placed]) {
+        let origin = self.origins[sensor].unwrap();
+        self.people
+            .observe(id(sensor), origin, at(ms), bodies, &self.config);
+    }
+
+    /// The ids and x of those shown.
+    fn frame(&mut self, ms: i64) -> Vec<(u64, f64)> {
+        let tracks = self
+            .people
+            .frame(at(ms), &self.origins, &self.config, |_, _| {});
+        let x = |t: &posefuse_skeleton::Track| {
+            t.skeleton.position(Joint::SpineBase).unwrap().vector().x
+        };
+        tracks.iter().map(|t| (t.id.0, x(t))).collect()
+    }
+}
+
+#[test]
+fn a_person_is_born_with_the_third_sighting() {
+    let mut room = Room::new();
+    room.see(0, 0, &[placed(1, person(0.0, 0.0))]);
+    assert_eq!(room.frame(0), []);
+    room.see(1, 10, &[placed(5, person(0.02, 0.0))]);
+    assert_eq!(room.frame(10), []);
+    room.see(0, 33, &[placed(1, person(0.01, 0.0))]);
+    let shown = room.frame(33);
+    assert_eq!(shown.len(), 1);
+    assert_eq!(shown[0].0, 1);
+}
+
+#[test]
+fn an_unseen_person_is_shown_for_a_while_remembered_for_longer_and_then_forgotten() {
+    let mut room = Room::new();
+    for i in 0..30 {
+        room.see(0, i * 33, &[placed(1, person(0.0, 0.0))]);
+        room.frame(i * 33);
+    }
+    let last = 29 * 33;
+    assert_eq!(room.frame(last + 450).len(), 1);
+    assert_eq!(room.frame(last + 550).len(), 0);
+    // Back within 2 s, at a place within reach and under another tracking id: the same person.
+    room.see(0, last + 1500, &[placed(9, person(0.6, 0.0))]);
+    assert_eq!(room.frame(last + 1500).first().map(|t| t.0), Some(1));
+    // Back after 2 s: nobody we know.
+    for i in 0..4 {
+        room.see(0, last + 4000 + i * 33, &[placed(10, person(0.6, 0.0))]);
+    }
+    assert_eq!(room.frame(last + 4100).first().map(|t| t.0), Some(2));
+}
+
+#[test]
+fn two_people_who_hug_stay_two_and_one_seen_twice_becomes_one() {
+    let mut room = Room::new();
+    // Hug: both sensors see both, 12 cm apart.
+    for i in 0..60 {
+        for sensor in 0..2 {
+            let bodies = [placed(1, person(0.0, 0.0)), placed(2, person(0.12, 0.0))];
+            room.see(sensor, i * 33, &bodies);
+        }
+        room.frame(i * 33);
+    }
+    assert_eq!(room.frame(60 * 33).len(), 2);
+
+    // Each sensor has its own idea of one person at first, then both come together.
+    let mut room = Room::new();
+    for i in 0..60 {
+        let apart = if i < 20 { 0.9 } else { 0.05 };
+        room.see(0, i * 33, &[placed(1, person(0.0, 0.0))]);
+        room.see(1, i * 33, &[placed(1, person(apart, 0.0))]);
+        let shown = room.frame(i * 33).len();
+        if i == 19 {
+            assert_eq!(shown, 2);
+        }
+    }
+    let shown = room.frame(60 * 33);
+    assert_eq!(shown.iter().map(|t| t.0).collect::<Vec<_>>(), [1]);
+}
+
+#[test]
+fn a_sensors_own_id_decides_between_two_people_who_are_close() {
+    let mut room = Room::new();
+    for i in 0..30 {
+        room.see(
+            0,
+            i * 33,
+            &[placed(7, person(-0.2, 0.0)), placed(8, person(0.2, 0.0))],
+        );
+        room.frame(i * 33);
+    }
+    let before = room.frame(30 * 33);
+    // Both drift to one side, so that person 7 is now where 8 was.
+    for i in 1..12 {
+        let shift = 0.4 * f64::from(i) / 11.0;
+        let ms = 30 * 33 + i64::from(i) * 33;
+        room.see(
+            0,
+            ms,
+            &[
+                placed(8, person(0.2 + shift, 0.0)),
+                placed(7, person(-0.2 + shift, 0.0)),
+            ],
+        );
+        room.frame(ms);
+    }
+    let after = room.frame(42 * 33);
+    assert_eq!(before.len(), 2);
+    for (b, a) in before.iter().zip(&after) {
+        assert_eq!(b.0, a.0);
+        assert!((a.1 - b.1 - 0.4).abs() < 0.1, "{before:?} {after:?}");
+    }
+}
+
+#[test]
+fn ids_are_never_used_again_and_candidates_are_bounded() {
+    let mut room = Room::new();
+    let mut seen = Vec::new();
+    for round in 0..20 {
+        for i in 0..4 {
+            room.see(0, round * 10_000 + i * 33, &[placed(1, person(0.0, 0.0))]);
+        }
+        seen.extend(room.frame(round * 10_000 + 100).into_iter().map(|t| t.0));
+    }
+    assert_eq!(seen, (1..=20).collect::<Vec<_>>());
+    let crowd: Vec<Placed> = (0..200)
+        .map(|i| placed(i, person(i as f64 * 3.0, 0.0)))
+        .collect();
+    for i in 0..10 {
+        room.see(0, 500_000 + i * 33, &crowd);
+    }
+    assert!(room.people.tracks.len() <= 16 + 8);
+    assert!(room.frame(500_400).len() <= 16);
+}
+
+#[test]
+fn a_sensor_that_sees_left_for_right_is_put_right() {
+    let mut room = Room::new();
+    for i in 0..30 {
+        let mut swapped = person(0.0, 0.0);
+        swapped.mirror([true; 2]);
+        room.see(0, i * 33, &[placed(1, person(0.0, 0.0))]);
+        room.see(1, i * 33, &[placed(1, swapped)]);
+        let tracks = room
+            .people
+            .frame(at(i * 33), &room.origins, &room.config, |_, _| {});
+        for track in tracks {
+            let across = |l, r| {
+                let joint = |j| track.skeleton.position(j).unwrap().vector();
+                (joint(l) - joint(r)).norm()
+            };
+            assert!((across(Joint::HipLeft, Joint::HipRight) - 0.3).abs() < 1e-6);
+        }
+    }
+}

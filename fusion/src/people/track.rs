@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use posefuse_skeleton::{JOINT_COUNT, Provenance, SensorId, SensorSet, Timestamp, TrackId};
 use serde::{Deserialize, Serialize};
 
-use crate::body::Body;
+use crate::body::{Body, Halves, pairs};
 
 /// Samples kept per sensor: enough to interpolate behind the longest usual wait.
 const MAX_SAMPLES: usize = 6;
@@ -16,6 +16,8 @@ const MAX_SAMPLES: usize = 6;
 const MAX_BRIDGE_NS: i64 = 150_000_000;
 /// A pose is carried on by its velocity for at most this long, seconds.
 const MAX_CARRY_S: f64 = 0.3;
+/// A joint unseen for this much longer than the person says nothing about where they are, ns.
+const MAX_STALE_NS: i64 = 500_000_000;
 /// Velocity left to itself dies away with this time constant, seconds.
 pub(crate) const VELOCITY_DECAY_S: f64 = 0.15;
 
@@ -46,9 +48,9 @@ pub(crate) struct Source {
     /// The sensor's own id of the person.
     pub(crate) tracking_id: u64,
     /// Whether its left and right were exchanged in its latest sample.
-    pub(crate) mirrored: bool,
+    pub(crate) mirrored: Halves<bool>,
     /// How well its own labels agree with feet, knees, walk and view, -1..=1, latest sample.
-    pub(crate) facing_cue: f64,
+    pub(crate) facing_cue: Halves<f64>,
     /// Oldest first.
     pub(crate) samples: VecDeque<Sample>,
 }
@@ -69,7 +71,7 @@ pub(crate) struct TrackState {
     /// In order of sensors, so that sums are.
     pub(crate) sources: Vec<Source>,
     /// Integrated evidence that left and right are right, seconds of full agreement.
-    pub(crate) facing: f64,
+    pub(crate) facing: Halves<f64>,
     /// The sensors that contributed to the present pose.
     pub(crate) sensors: SensorSet,
 }
@@ -173,7 +175,7 @@ impl TrackState {
             pose_time: time,
             pose: [None; JOINT_COUNT],
             sources: Vec::new(),
-            facing: 0.0,
+            facing: [0.0; 2],
             sensors: SensorSet::EMPTY,
         }
     }
@@ -183,7 +185,7 @@ impl TrackState {
         self.pose.iter().all(Option::is_none)
     }
 
-    /// The pose carried to `time` by its velocity.
+    /// The pose carried to `time` by its velocity, without joints that the sensors lost long before the person.
     pub(crate) fn predicted(&self, time: Timestamp, into: &mut Body) {
         let elapsed_s = time
             .since_seconds(self.pose_time)
@@ -191,7 +193,9 @@ impl TrackState {
         let carry_s = VELOCITY_DECAY_S * (elapsed_s / VELOCITY_DECAY_S).tanh();
         into.mask = 0;
         for (index, joint) in self.pose.iter().enumerate() {
-            if let Some(joint) = joint {
+            if let Some(joint) = joint
+                && self.last_seen.since_ns(joint.seen) <= MAX_STALE_NS
+            {
                 into.set(
                     index,
                     joint.position + joint.velocity * carry_s,
@@ -220,8 +224,8 @@ impl TrackState {
                     Source {
                         sensor,
                         tracking_id,
-                        mirrored: false,
-                        facing_cue: 0.0,
+                        mirrored: [false; 2],
+                        facing_cue: [0.0; 2],
                         samples: VecDeque::with_capacity(MAX_SAMPLES),
                     },
                 );
@@ -240,18 +244,22 @@ impl TrackState {
             .collect()
     }
 
-    /// Exchanges left and right of all that is known.
-    pub(crate) fn mirror(&mut self) {
-        for (left, right) in crate::body::SIDE_PAIRS {
+    /// Exchanges left and right of all that is known, in those halves of the body that are set.
+    pub(crate) fn mirror(&mut self, halves: Halves<bool>) {
+        for (left, right) in pairs(halves) {
             self.pose.swap(left, right);
         }
         for source in &mut self.sources {
-            source.mirrored = !source.mirrored;
             for sample in &mut source.samples {
-                sample.body.mirror();
+                sample.body.mirror(halves);
             }
         }
-        self.facing = -self.facing;
+        for (half, _) in halves.into_iter().enumerate().filter(|(_, set)| *set) {
+            self.facing[half] = -self.facing[half];
+            for source in &mut self.sources {
+                source.mirrored[half] = !source.mirrored[half];
+            }
+        }
     }
 
     /// Forgets where the person is, but not who: for when the sensors were moved.

@@ -111,6 +111,11 @@ impl Bones {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn people(&self) -> usize {
+        self.people.len()
+    }
+
     /// Forgets who is not among `known` (ascending).
     pub(super) fn retain(&mut self, known: &[TrackId]) {
         self.people.retain(|id, _| known.binary_search(id).is_ok());

@@ -231,6 +231,11 @@ impl Smooth {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn people(&self) -> usize {
+        self.people.len()
+    }
+
     fn filter_person(
         &mut self,
         id: TrackId,
