@@ -1,56 +1,92 @@
 //! Draws people in motion as an SVG: `cargo run -p posefuse-simulator --example contact_sheet > sheet.svg`.
 //!
-//! One row per kind of action, eight moments each, seen from the front left. Left limbs are red, right ones blue.
+//! One row per kind of action, ten moments each, seen from the front left. Left limbs are red, right ones blue.
+//! With a number as argument: another seed. With paths of motion files: one row per file, its first four seconds.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
+use posefuse_simulator::load::{LoadError, load};
 use posefuse_simulator::motion::{Action, Cast, Performance};
 use posefuse_skeleton::{BONES, JointMap, Position, Room};
 
 const CELL: f64 = 170.0;
 const COLUMNS: usize = 10;
 
-fn main() {
-    let seed = std::env::args()
-        .nth(1)
-        .and_then(|seed| seed.parse().ok())
-        .unwrap_or(6);
+fn main() -> Result<(), LoadError> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let files: Vec<&String> = arguments
+        .iter()
+        .filter(|a| a.parse::<u64>().is_err())
+        .collect();
+    if files.is_empty() {
+        let seed = arguments
+            .first()
+            .and_then(|seed| seed.parse().ok())
+            .unwrap_or(6);
+        actions(seed);
+    } else {
+        let rows: Result<Vec<_>, LoadError> =
+            files.iter().map(|file| row(Path::new(file))).collect();
+        sheet(&rows?);
+    }
+    Ok(())
+}
+
+/// A name and, for each moment, the people to draw.
+type Row = (String, Vec<Vec<JointMap<Position<Room>>>>);
+
+fn actions(seed: u64) {
     let performance = Performance::procedural(Cast {
         seed,
         people: 2,
         area_m: 2.6,
         hugs: true,
     });
-    let mut rows: BTreeMap<String, (f64, f64)> = BTreeMap::new();
-    if let Some(script) = performance.script(0) {
-        for timed in &script.actions {
-            let longer = timed.action != Action::Walk || timed.duration > 2.5;
-            if longer {
-                rows.entry(format!("{:?}", timed.action))
-                    .or_insert((timed.start, timed.duration));
-            }
+    let mut rows: BTreeMap<String, Row> = BTreeMap::new();
+    for timed in performance
+        .script(0)
+        .map(|script| script.actions.as_slice())
+        .unwrap_or_default()
+    {
+        let name = format!("{:?}", timed.action);
+        let people = if name.starts_with("Hug") { 2 } else { 1 };
+        let moments = (0..COLUMNS).map(|column| {
+            let time = timed.start + timed.duration * (column as f64 + 0.5) / COLUMNS as f64;
+            (0..people)
+                .map(|person| performance.pose(person, time))
+                .collect()
+        });
+        if timed.action != Action::Walk || timed.duration > 2.5 {
+            rows.entry(name.clone())
+                .or_insert_with(|| (name, moments.collect()));
         }
     }
+    sheet(&rows.into_values().collect::<Vec<_>>());
+}
+
+fn row(path: &Path) -> Result<Row, LoadError> {
+    let clip = load(path)?;
+    let step = clip.duration_s().min(4.0) / COLUMNS as f64;
+    let moments = (0..COLUMNS)
+        .map(|column| vec![clip.pose(column as f64 * step)])
+        .collect();
+    Ok((clip.name().to_owned(), moments))
+}
+
+fn sheet(rows: &[Row]) {
     let (width, height) = (CELL * COLUMNS as f64, CELL * rows.len() as f64);
     println!(r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}">"#);
     println!(r#"<rect width="{width}" height="{height}" fill="white"/>"#);
-    for (row, (name, (start, duration))) in rows.iter().enumerate() {
+    for (row, (name, moments)) in rows.iter().enumerate() {
         let top = CELL * row as f64;
         println!(
-            r#"<text x="4" y="{}" font-size="13">{name} {start:.1}s</text>"#,
+            r#"<text x="4" y="{}" font-size="13">{name}</text>"#,
             top + 14.0
         );
-        for column in 0..COLUMNS {
-            let time = start + duration * (column as f64 + 0.5) / COLUMNS as f64;
-            let people = if name.starts_with("Hug") { 2 } else { 1 };
-            for person in 0..people {
-                let centre = performance.pose(0, time);
-                draw(
-                    &performance.pose(person, time),
-                    &centre,
-                    CELL * column as f64,
-                    top,
-                );
+        for (column, people) in moments.iter().enumerate() {
+            for person in people {
+                draw(person, &people[0], CELL * column as f64, top);
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Synthetic people, sensors and errors with ground truth, and loaders of recorded motion.
 //!
 //! - [`motion`]: people who move, procedural or recorded; [`motion::Performance`] says where everybody is when.
+//! - [`load`]: recorded motion from BVH, ASF/AMC and exponential-map files.
 //! - [`sensor`]: what simulated depth sensors and their trackers say of them, with switchable errors.
 //! - [`evaluate`]: fused frames against the truth.
 //!
@@ -20,6 +21,7 @@
 //! ```
 
 pub mod evaluate;
+pub mod load;
 pub mod motion;
 mod random;
 mod scenario;
