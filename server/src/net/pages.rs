@@ -7,7 +7,7 @@ use rust_embed::RustEmbed;
 
 /// The built bundle; empty in a build made without it.
 #[derive(RustEmbed)]
-#[folder = "$CARGO_MANIFEST_DIR/../web/dist"]
+#[folder = "../web/dist"]
 #[allow_missing = true]
 struct Bundle;
 
