@@ -104,10 +104,14 @@ export class RoomScene {
     this.name();
   }
 
-  setSensors(marks: SensorMark[]): void {
+  /** Sensors that come or move, as by a new calibration, are brought into view unless somebody has moved the camera. */
+  setSensors(marks: SensorMark[], still: boolean): void {
+    const places = (list: SensorMark[]) => list.map((m) => m.rigid.join()).join(";");
+    const moved = places(marks) !== places(this.marks);
     this.marks = marks;
     this.sensors.update(marks);
     this.name();
+    if (moved && this.kept) this.look(this.kept, still);
   }
 
   setRaw(bodies: readonly RawBody[]): void {
@@ -216,7 +220,9 @@ export class RoomScene {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     if (this.kept) this.look(this.kept, true);
+    // A new size empties the canvas; waiting for the next animation frame would show it so.
     this.dirty = true;
+    this.draw();
   }
 
   private draw(): void {

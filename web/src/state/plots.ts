@@ -1,6 +1,6 @@
 // What the plots draw: joint speeds of everybody in view, and each sensor's residual, over the last 30 s.
 
-import type { RoomStatus } from "../gen/posefuse/v1/room_pb";
+import { SensorState, type RoomStatus } from "../gen/posefuse/v1/room_pb";
 import { secondsOf, type Frame } from "../model/frame";
 import { PLOTTED_JOINTS } from "../model/joints";
 import { Series, SpeedMeter } from "../model/series";
@@ -50,7 +50,8 @@ export function recordResiduals(status: RoomStatus): void {
   const time = secondsOf(status.timeNs);
   for (const sensor of status.sensors) {
     const name = sensor.info?.name ?? "";
-    if (sensor.residualMm === undefined) continue;
+    // A sensor that is gone keeps its last figure; drawn on, it would look alive.
+    if (sensor.residualMm === undefined || sensor.state !== SensorState.LIVE) continue;
     let series = residuals.get(name);
     if (!series) residuals.set(name, (series = new Series(SPAN)));
     series.push(time, sensor.residualMm);

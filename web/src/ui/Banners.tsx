@@ -11,7 +11,8 @@ export function Banners() {
       {c.kind === "offline" && <Offline reason={c.reason} retryAtMs={c.retryAtMs} />}
       {c.kind === "online" && (status.value?.troubles ?? []).map((text) => (
         <div class="banner warn" role="alert" data-testid="trouble" key={text}>
-          <span class="icon" aria-hidden="true">▲</span> {text}
+          <span class="icon" aria-hidden="true">▲</span>
+          <span class="text">{text}</span>
         </div>
       ))}
     </div>

@@ -72,13 +72,9 @@ export function RoomView() {
 
 /** Hands what changes rarely to the scene. */
 function useSceneState(scene: { current: RoomScene | null }): void {
-  const fitted = useRef(0);
   useSignalEffect(() => {
     const marks = replay.value ? replayMarks() : liveMarks();
-    scene.current?.setSensors(marks);
-    // The first sensors, and those of a calibration, come into view by themselves.
-    if (marks.length > fitted.current) scene.current?.look("fit", true);
-    fitted.current = marks.length;
+    scene.current?.setSensors(marks, reducedMotion());
   });
   useSignalEffect(() => scene.current?.setShown({ halos: show.halos.value, cones: show.cones.value, labels: show.labels.value }));
   useSignalEffect(() => scene.current?.setFrame(frames.value, followed.value));

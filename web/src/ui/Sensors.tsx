@@ -59,7 +59,7 @@ function SensorCard({ sensor }: { sensor: SensorStatus }) {
       )}
       <dl class="card-figures">
         <Cell name="Rate" value={fixed(sensor.framesPerSecond, 1, "fps")} />
-        <Cell name="Latency" value={fixed(sensor.latencyMs, 1, "ms")} />
+        <Cell name="Latency" value={fixed(sensor.latencyMs, (sensor.latencyMs ?? 0) < 100 ? 1 : 0, "ms")} />
         <Cell name="Residual" value={fixed(sensor.residualMm, 0, "mm")} title="Median distance of this sensor's joints to the fused ones" />
         <Cell name="Bodies" value={String(sensor.bodies)} />
         <Cell name="Lost" value={count(sensor.framesLost)} title="Frames missing in the sequence numbers" alert={sensor.framesLost > 0n} />
