@@ -5,7 +5,7 @@ use std::io;
 use std::sync::Arc;
 
 use posefuse_fusion::Input;
-use posefuse_skeleton::{Observation, RoomFrame, Timestamp};
+use posefuse_skeleton::{Observation, RoomFrame, SensorInfo, Timestamp};
 
 use crate::container::{ChunkContent, Index, RawMessage, decode_chunk, read_bytes};
 use crate::header::{CALIBRATION, CONFIG, START, calibration_from_text};
@@ -160,6 +160,17 @@ impl TakeReader {
         })
     }
 
+    /// The sensors that took part, in the order of their numbers, each as it was greeted last.
+    pub fn sensors(&self) -> Result<Vec<SensorInfo>> {
+        let mut sensors = BTreeMap::new();
+        for entry in self.entries(&[Topic::Inputs], None) {
+            if let Recorded::Input(Input::Sensor(info)) = entry?.decode()? {
+                sensors.insert(info.id, info);
+            }
+        }
+        Ok(sensors.into_values().collect())
+    }
+
     /// What happened around the engine.
     pub fn events(&self) -> impl Iterator<Item = Result<Event>> + Send + use<> {
         self.of(Topic::Events, |message| match message {
@@ -227,9 +238,9 @@ pub struct Entries {
 impl Entries {
     /// Unpacks the next chunk that can hold a message that is asked for; whether there was one.
     fn load(&mut self) -> Result<bool> {
+        let wanted: BTreeSet<u16> = self.topics.keys().copied().collect();
         while let Some(chunk) = self.index.chunks.get(self.next_chunk) {
             self.next_chunk += 1;
-            let wanted: BTreeSet<u16> = self.topics.keys().copied().collect();
             let holds_none = !chunk.channels.is_empty() && chunk.channels.is_disjoint(&wanted);
             if holds_none || chunk.end_time < self.from {
                 continue;

@@ -1,4 +1,5 @@
 //! Every input comes back bit for bit.
+#![allow(clippy::unwrap_used)]
 
 use std::sync::Arc;
 

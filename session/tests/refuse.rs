@@ -1,4 +1,5 @@
 //! Fusing again: the same settings give the same bytes, other settings give other frames.
+#![allow(clippy::unwrap_used)]
 
 mod support;
 

@@ -1,4 +1,5 @@
 //! What is recorded is what is read.
+#![allow(clippy::unwrap_used)]
 
 mod support;
 

@@ -1,5 +1,5 @@
 //! A small room for tests: four sensors around people who walk in circles, the engine, and a recorder.
-#![allow(dead_code, unreachable_pub)]
+#![allow(dead_code, unreachable_pub, clippy::new_without_default)]
 
 use std::sync::Arc;
 

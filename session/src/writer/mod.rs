@@ -4,7 +4,10 @@
 //! [`TakeWriter::flush`] that is due (every 250 ms): a chunk is closed, written and synced. When the disk fills up or
 //! fails, the take ends by itself with a valid footer and index and says why; the room goes on.
 
-use std::collections::BTreeMap;
+mod begin;
+mod end;
+mod options;
+
 use std::io;
 use std::sync::Arc;
 
@@ -14,56 +17,21 @@ use posefuse_proto::room_frame_to_wire;
 use posefuse_skeleton::{Calibration, RoomFrame, Timestamp};
 use prost::Message;
 
-use crate::container::{Container, NewChannel, Pushed};
-use crate::header::{CALIBRATION, CONFIG, START, calibration_to_text};
-use crate::info::END;
+use crate::container::{Container, Pushed};
 use crate::name::file_of;
-use crate::schema::schema_of;
 use crate::storage::Storage;
 use crate::tally::Tally;
 use crate::{
-    EngineState, Event, Result, TakeError, TakeHeader, TakeInfo, TakeState, Topic, Truth, convert,
-    scene,
+    EngineState, Event, Result, TakeError, TakeHeader, TakeInfo, Topic, Truth, convert, scene,
 };
+
+use end::disk_trouble;
+pub use options::{Flushed, TakeOptions};
 
 /// Closed chunks are handed to the system when they are this many bytes, even between flushes.
 const PUSH_BYTES: usize = 256 * 1024;
 /// The sensors' places are repeated this often for viewers, nanoseconds.
 const TRANSFORMS_EVERY_NS: u64 = 1_000_000_000;
-
-/// How a take is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TakeOptions {
-    /// Between two flushes, nanoseconds. What a crash costs at most.
-    pub flush_every_ns: i64,
-    /// A take begins, and goes on, only while this many bytes stay free.
-    pub min_free_bytes: u64,
-    /// Between two frames for viewers, nanoseconds.
-    pub scene_every_ns: u64,
-}
-
-impl Default for TakeOptions {
-    fn default() -> Self {
-        Self {
-            flush_every_ns: 250_000_000,
-            min_free_bytes: 64 * 1024 * 1024,
-            scene_every_ns: 30_000_000,
-        }
-    }
-}
-
-/// What a flush tells.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Flushed {
-    /// Inputs that are durable, preamble and snapshot left out.
-    pub inputs: u64,
-    /// Frames that are durable.
-    pub frames: u64,
-    /// The file's bytes.
-    pub bytes: u64,
-    /// Why the take ended by itself, if it did.
-    pub ended: Option<String>,
-}
 
 /// A take that is being recorded.
 pub struct TakeWriter {
@@ -107,7 +75,7 @@ impl TakeWriter {
         state: Option<&EngineState>,
         options: TakeOptions,
     ) -> Result<Self> {
-        let file = file_of(&header.name)?;
+        let file_name = file_of(&header.name)?;
         let free_bytes = storage
             .free_bytes()
             .map_err(TakeError::io("begin", &header.name))?;
@@ -118,10 +86,12 @@ impl TakeWriter {
                 needed_bytes: options.min_free_bytes,
             });
         }
-        let file = storage.create(&file).map_err(|error| match error.kind() {
-            io::ErrorKind::AlreadyExists => TakeError::Exists(header.name.clone()),
-            _ => TakeError::io("begin", &header.name)(error),
-        })?;
+        let file = storage
+            .create(&file_name)
+            .map_err(|error| match error.kind() {
+                io::ErrorKind::AlreadyExists => TakeError::Exists(header.name.clone()),
+                _ => TakeError::io("begin", &header.name)(error),
+            })?;
         let container = Container::new(file).map_err(|error| unwritable(&header.name, error))?;
         let mut writer = Self {
             storage: storage.clone(),
@@ -140,69 +110,13 @@ impl TakeWriter {
             finished: None,
             header,
         };
-        writer.begin(preamble, state)?;
+        if let Err(error) = writer.begin(preamble, state) {
+            drop(writer);
+            // A take that never began is no take; if even this fails, the next start's recovery names the file.
+            let _ = storage.remove(&file_name);
+            return Err(error);
+        }
         Ok(writer)
-    }
-
-    fn begin(&mut self, preamble: &[Input], state: Option<&EngineState>) -> Result<()> {
-        self.write_start(preamble.len())?;
-        let start = self.start_unix_ns();
-        if let Some(state) = state {
-            self.message(Topic::Inputs, start, start, &convert::state_to_bytes(state))?;
-        }
-        for input in preamble {
-            self.write_input(input, Some(start))?;
-        }
-        self.write_transforms(start)?;
-        self.container
-            .close_chunk()
-            .map_err(|error| unwritable(&self.header.name, error))?;
-        let name = self.header.name.clone();
-        match self
-            .container
-            .push()
-            .map_err(TakeError::io("begin", &name))?
-        {
-            Pushed::Ample => self.container.sync().map_err(TakeError::io("begin", &name)),
-            Pushed::Ending(error) => Err(TakeError::io("set space aside for", &name)(error)),
-        }
-    }
-
-    /// The records that a list of takes can read without the rest, then the channels.
-    fn write_start(&mut self, preamble: usize) -> Result<()> {
-        let start = self.start_unix_ns();
-        let mut texts = vec![(CONFIG, self.header.config_toml.clone())];
-        if let Some(calibration) = &self.header.calibration {
-            let text = calibration_to_text(calibration).map_err(|error| TakeError::Config {
-                name: self.header.name.clone(),
-                problem: format!("the calibration has no text form: {error}"),
-            })?;
-            texts.push((CALIBRATION, text));
-        }
-        let write = |container: &mut Container| {
-            container.metadata(START, self.header.to_metadata(preamble))?;
-            for (name, text) in &texts {
-                container.attach(&mcap::Attachment {
-                    log_time: start,
-                    create_time: start,
-                    name: (*name).to_owned(),
-                    media_type: "application/toml".to_owned(),
-                    data: text.as_bytes().into(),
-                })?;
-            }
-            for (id, topic) in (1..).zip(Topic::ALL) {
-                container.add_schema(id, topic.schema(), "protobuf", &schema_of(topic))?;
-                container.add_channel(&NewChannel {
-                    id,
-                    topic: topic.name(),
-                    encoding: "protobuf",
-                    metadata: &BTreeMap::new(),
-                    schema_id: id,
-                })?;
-            }
-            Ok(())
-        };
-        write(&mut self.container).map_err(|error| unwritable(&self.header.name, error))
     }
 
     fn start_unix_ns(&self) -> u64 {
@@ -342,7 +256,7 @@ impl TakeWriter {
     pub fn flush(&mut self, now: Timestamp) -> Result<Flushed> {
         let due = self
             .last_flush
-            .is_none_or(|last| now.since_ns(last) >= self.options.flush_every_ns || now < last);
+            .is_none_or(|last| now.since_ns(last) >= self.options.flush_every_ns);
         if due && self.finished.is_none() {
             self.last_flush = Some(now);
             self.now = self.now.max(now);
@@ -403,66 +317,6 @@ impl TakeWriter {
         info.dropped = self.dropped;
         info.size_bytes = self.container.written_bytes();
         info
-    }
-
-    /// Ends the take because of the disk: footer and index go into the space that was set aside.
-    fn end(&mut self, trouble: &str) -> Result<()> {
-        tracing::warn!(take = self.header.name, trouble, "the take ends by itself");
-        let event = Event {
-            time_ns: self.now.ns(),
-            kind: "take-ended".to_owned(),
-            text: trouble.to_owned(),
-            ..Event::default()
-        };
-        let time = self.header.unix_ns(self.now);
-        let header = MessageHeader {
-            channel_id: Topic::Events as u16 + 1,
-            sequence: self.sequences[Topic::Events as usize],
-            log_time: time,
-            publish_time: time,
-        };
-        let written = self
-            .container
-            .message(&header, &convert::event_to_bytes(&event));
-        written.map_err(|error| unwritable(&self.header.name, error))?;
-        self.close(trouble)?;
-        self.durable.ended = Some(trouble.to_owned());
-        Ok(())
-    }
-
-    fn close(&mut self, trouble: &str) -> Result<()> {
-        let mut info = self.info();
-        info.state = TakeState::Complete;
-        info.trouble = trouble.to_owned();
-        self.finished = Some(info.clone());
-        let name = &self.header.name;
-        self.container
-            .metadata(END, info.to_metadata())
-            .map_err(|error| unwritable(name, error))?;
-        info.size_bytes = self
-            .container
-            .finish()
-            .map_err(TakeError::io("end", name))?;
-        self.note_durable();
-        self.finished = Some(info);
-        Ok(())
-    }
-
-    /// Ends the take: everything is durable, with index and footer.
-    pub fn finish(mut self) -> Result<TakeInfo> {
-        if self.finished.is_none() {
-            self.close("")?;
-        }
-        Ok(self.finished.unwrap_or_default())
-    }
-}
-
-fn disk_trouble(error: &io::Error) -> String {
-    match error.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "the disk was full; free space or choose another take folder".to_owned()
-        }
-        _ => format!("the disk failed: {error}"),
     }
 }
 

@@ -3,18 +3,22 @@
 //! With the recorded configuration and calibration the recorded ticks are replayed as they are. With others the
 //! engine asks for its own: ticks are made wherever its deadline lies before the next input.
 
+mod plan;
+
 use std::sync::Arc;
 
-use posefuse_fusion::{Config, Engine, Input, Output, parse_toml};
+use posefuse_fusion::{Config, Engine, Input, Output};
 use posefuse_proto::room_frame_to_wire;
 use posefuse_skeleton::{Calibration, RoomFrame, Timestamp};
 use prost::Message;
 
+use plan::Plan;
+
 use crate::storage::Storage;
 use crate::writer::TakeOptions;
 use crate::{
-    Catalogue, EngineState, Entries, Entry, Recorded, Result, TakeError, TakeHeader, TakeInfo,
-    TakeReader, TakeWriter, Topic,
+    Catalogue, Entries, Entry, Recorded, Result, TakeHeader, TakeInfo, TakeReader, TakeWriter,
+    Topic,
 };
 
 /// Between two flushes of the new take, nanoseconds of take time: it can be made again, so a crash may cost more.
@@ -126,98 +130,13 @@ pub fn refuse(
             Recorded::Truth(truth) => run.writer.truth(&truth)?,
             _ => {}
         }
-        if run.inputs % PROGRESS_EVERY == 0 {
+        if run.inputs.is_multiple_of(PROGRESS_EVERY) {
             let done = run.inputs.min(total);
             progress(RefuseProgress { done, total });
         }
     }
     progress(RefuseProgress { done: total, total });
     run.finish(plan.snapshot.is_some())
-}
-
-/// What will be fused, with what, from where.
-struct Plan {
-    engine: Engine,
-    config_toml: String,
-    calibration: Option<Calibration>,
-    other_calibration: bool,
-    own_ticks: bool,
-    snapshot: Option<EngineState>,
-    preamble: Vec<Input>,
-    /// Messages of `/inputs` before the first live one.
-    recorded_beginning: usize,
-}
-
-impl Plan {
-    fn new(old: &TakeReader, options: &RefuseOptions) -> Result<Self> {
-        let header = old.header();
-        let wrong = |problem: String| TakeError::Config {
-            name: header.name.clone(),
-            problem,
-        };
-        let recorded = parse_toml::<Config>(&header.config_toml);
-        let same_config = match (&options.config, &recorded) {
-            (Some(config), Ok(recorded)) => config == recorded,
-            (Some(_), Err(_)) => false,
-            (None, _) => true,
-        };
-        let (config, config_toml) = match &options.config {
-            Some(config) if !same_config => {
-                let text =
-                    toml::to_string_pretty(config).map_err(|error| wrong(error.to_string()))?;
-                (config.clone(), text)
-            }
-            _ => {
-                let config = recorded.map_err(|error| {
-                    wrong(format!("{error}; this build does not know it, so give one"))
-                })?;
-                (config, header.config_toml.clone())
-            }
-        };
-        config
-            .validate()
-            .map_err(|error| wrong(error.to_string()))?;
-        let other_calibration =
-            options.calibration.is_some() && options.calibration != header.calibration;
-        let (state, mut preamble) = old.beginning()?;
-        let recorded_beginning = preamble.len() + usize::from(state.is_some());
-        let usable =
-            |state: &EngineState| same_config && !other_calibration && state.build == options.build;
-        let restored = state
-            .filter(usable)
-            .and_then(|state| Some((Engine::restore(config.clone(), &state.state).ok()?, state)));
-        let calibration = match &options.calibration {
-            Some(calibration) if other_calibration => {
-                preamble.retain(|input| !matches!(input, Input::Calibration(_)));
-                preamble.push(Input::Calibration(Arc::new(calibration.clone())));
-                Some(calibration.clone())
-            }
-            _ => header.calibration.clone(),
-        };
-        let (engine, snapshot) = match restored {
-            Some((engine, state)) => (engine, Some(state)),
-            None => (cold(config, &preamble), None),
-        };
-        Ok(Self {
-            engine,
-            config_toml,
-            calibration,
-            other_calibration,
-            own_ticks: !same_config || other_calibration,
-            snapshot,
-            preamble,
-            recorded_beginning,
-        })
-    }
-}
-
-fn cold(config: Config, preamble: &[Input]) -> Engine {
-    let mut engine = Engine::new(config);
-    for input in preamble {
-        engine.handle(input.clone());
-        while !matches!(engine.poll(), Output::WakeAt(_)) {}
-    }
-    engine
 }
 
 struct Run {
