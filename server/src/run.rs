@@ -173,6 +173,7 @@ impl Running {
         room.stop.cancel();
         self.agents.close();
         within(clock, self.agents.wait()).await;
+        room.note_stop();
         match room.end_take().await {
             Ok(take) => tracing::info!(take = take.name, "the running take was finished"),
             Err(status) => tracing::debug!(%status, "no take to finish"),

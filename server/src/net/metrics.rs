@@ -1,6 +1,6 @@
 //! `/metrics`: the room's state in Prometheus' text form, made from the same status that everybody else sees.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 
 use posefuse_proto::v1;
 use prometheus_client::encoding::text::encode;
@@ -19,7 +19,7 @@ type Values = Family<Labels, Gauge<f64, AtomicU64>>;
 pub(super) fn text(status: &v1::RoomStatus, frames: u64, connections: &Connections) -> String {
     let mut page = Page(Registry::with_prefix("posefuse"));
     sensors(&mut page, status);
-    page.totals("frames", "Fused frames", [(Labels::new(), frames)]);
+    page.total("frames", "Fused frames", frames);
     room(&mut page, status, connections);
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -38,13 +38,22 @@ impl Page {
         self.0.register(name, help, family);
     }
 
+    fn value(&mut self, name: &str, help: &str, value: f64) {
+        let gauge = Gauge::<f64, AtomicU64>::default();
+        gauge.set(value);
+        self.0.register(name, help, gauge);
+    }
+
+    fn total(&mut self, name: &str, help: &str, total: u64) {
+        let counter = Counter::<u64>::default();
+        counter.inc_by(total);
+        self.0.register(name, help, counter);
+    }
+
     fn totals(&mut self, name: &str, help: &str, totals: impl IntoIterator<Item = (Labels, u64)>) {
         let family = Totals::default();
         for (labels, total) in totals {
-            family
-                .get_or_create(&labels)
-                .inner()
-                .store(total, Ordering::Relaxed);
+            family.get_or_create(&labels).inc_by(total);
         }
         self.0.register(name, help, family);
     }
@@ -135,7 +144,6 @@ fn sensors(page: &mut Page, status: &v1::RoomStatus) {
 }
 
 fn room(page: &mut Page, status: &v1::RoomStatus, connections: &Connections) {
-    let none = Labels::new;
     let gauges = [
         ("people", "People in the room", f64::from(status.people)),
         (
@@ -171,7 +179,7 @@ fn room(page: &mut Page, status: &v1::RoomStatus, connections: &Connections) {
         ("connections", "Open connections", connections.open() as f64),
     ];
     for (name, help, value) in gauges {
-        page.values(name, help, [(none(), value)]);
+        page.value(name, help, value);
     }
     let quantile = |share: &str, ms: f64| (vec![("quantile", share.to_owned())], ms * 1e-3);
     let latencies = [
@@ -188,9 +196,9 @@ fn room(page: &mut Page, status: &v1::RoomStatus, connections: &Connections) {
     page.totals("sink_delivered", "Messages handed to a sink", delivered);
     let dropped = status.sinks.iter().map(|s| (sink(s), s.dropped));
     page.totals("sink_dropped", "Messages a sink had no room for", dropped);
-    page.totals(
+    page.total(
         "connections_refused",
         "Connections closed because there were too many",
-        [(none(), connections.refused())],
+        connections.refused(),
     );
 }

@@ -14,7 +14,7 @@ use posefuse_skeleton::{RoomFrame, Timestamp};
 use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 
-pub(crate) use recorder::start;
+pub(crate) use recorder::{Opening, start};
 
 use crate::sinks::Counters;
 

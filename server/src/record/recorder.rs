@@ -25,17 +25,28 @@ pub(crate) struct Started {
     pub(crate) ended: oneshot::Receiver<TakeInfo>,
 }
 
+/// What a take begins with, and where its messages come from.
+pub(crate) struct Opening {
+    pub(crate) header: TakeHeader,
+    pub(crate) preamble: Preamble,
+    pub(crate) records: mpsc::Receiver<Record>,
+    pub(crate) progress: Arc<Progress>,
+}
+
 /// Starts the recorder's thread. It ends when every sender of `records` is dropped, or by itself when the disk is full.
 pub(crate) fn start(
     threads: Threads,
     clock: Arc<dyn Clock>,
     storage: Arc<dyn Storage>,
     config: &Config,
-    header: TakeHeader,
-    preamble: Preamble,
-    records: mpsc::Receiver<Record>,
-    progress: Arc<Progress>,
+    opening: Opening,
 ) -> Result<Started, ServerError> {
+    let Opening {
+        header,
+        preamble,
+        records,
+        progress,
+    } = opening;
     let options = TakeOptions {
         flush_every_ns: Duration::from_millis(config.flush_ms).as_nanos() as i64,
         min_free_bytes: config.min_free_mb.saturating_mul(1_000_000),

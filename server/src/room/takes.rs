@@ -13,7 +13,7 @@ use tonic::Status;
 
 use super::Room;
 use crate::fusion_thread::Command;
-use crate::record::{self, Progress, Record, RecorderTap};
+use crate::record::{self, Opening, Progress, Record, RecorderTap};
 
 /// What wrote the engine's state into a take.
 pub(crate) const BUILD: &str = concat!("posefuse ", env!("CARGO_PKG_VERSION"));
@@ -224,10 +224,12 @@ impl Room {
             self.clock.clone(),
             self.storage.clone(),
             &self.config.takes,
-            header,
-            preamble,
-            records,
-            progress.clone(),
+            Opening {
+                header,
+                preamble,
+                records,
+                progress: progress.clone(),
+            },
         )
         .map_err(|error| Status::internal(error.to_string()))?;
         // If the file cannot be begun, the queue closes, and the fusion thread lets go of it by itself.
@@ -293,6 +295,16 @@ impl Room {
                 .add_trouble(format!("take `{}`: {}", info.name, info.trouble));
         }
         Ok(take_to_wire(&info))
+    }
+
+    /// Notes in the running take, if there is one, that it ends because the server does.
+    pub(crate) fn note_stop(&self) {
+        self.takes.event(Event {
+            time_ns: self.clock.now().ns(),
+            kind: "server-stopped".to_owned(),
+            sensor: String::new(),
+            text: "the server was stopped while this take was recorded".to_owned(),
+        });
     }
 
     pub(super) async fn list_takes(&self) -> Result<Vec<v1::Take>, Status> {
