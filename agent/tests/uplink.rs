@@ -1,4 +1,6 @@
 //! The uplink against a real gRPC server on loopback sockets.
+// Helpers of tests are tests too, but clippy takes only what bears #[test] for one.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod support;
 

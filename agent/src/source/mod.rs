@@ -7,7 +7,9 @@
 pub mod csv;
 mod drive;
 mod pace;
+mod replay;
 mod sim;
+mod take;
 
 use std::sync::Arc;
 
@@ -19,7 +21,9 @@ use crate::Clock;
 
 pub use csv::CsvConfig;
 pub(crate) use drive::{SourceEvent, inline, inline_queue, on_thread};
+pub use replay::RecordedFrame;
 pub use sim::SimConfig;
+pub use take::TakeConfig;
 
 /// What a sensor is, for the greeting.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -87,6 +91,8 @@ pub enum SourceError {
 pub enum SourceConfig {
     /// One sensor of a simulated room.
     Sim(SimConfig),
+    /// One sensor of a recorded take.
+    Take(TakeConfig),
     /// One Kinect of a recorded two-Kinect session.
     Csv(CsvConfig),
 }
@@ -96,7 +102,8 @@ impl SourceConfig {
     pub fn open(&self, clock: &Arc<dyn Clock>) -> Result<Box<dyn SensorSource>, SourceError> {
         Ok(match self {
             Self::Sim(config) => Box::new(sim::SimSource::open(config, clock)?),
-            Self::Csv(config) => Box::new(csv::CsvSource::open(config, clock.as_ref())?),
+            Self::Csv(config) => Box::new(csv::open(config, clock.as_ref())?),
+            Self::Take(config) => Box::new(take::open(config, clock.as_ref())?),
         })
     }
 }

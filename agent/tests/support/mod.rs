@@ -34,6 +34,8 @@ pub(crate) struct Echo {
 pub(crate) struct Log {
     pub(crate) hellos: Vec<v1::Hello>,
     pub(crate) frames: Vec<v1::Frame>,
+    /// When each frame came, by the server's clock.
+    pub(crate) arrivals_ns: Vec<i64>,
     pub(crate) echoes: Vec<Echo>,
     pub(crate) health: Vec<v1::Health>,
     /// What the next greetings get instead of a welcome.
@@ -159,6 +161,7 @@ fn hear(log: &SharedLog, message: AgentMessage, returned_ns: i64, sent: &[i64]) 
         Up::Frame(frame) => {
             let sequence = frame.sequence;
             log.frames.push(frame);
+            log.arrivals_ns.push(returned_ns);
             if log.ack_every > 0 && log.frames.len().is_multiple_of(log.ack_every) {
                 answers.push(Down::Ack(v1::Ack { sequence }));
             }

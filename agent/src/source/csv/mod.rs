@@ -8,16 +8,15 @@ mod header;
 mod recording;
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
-use posefuse_skeleton::{AgentTime, JointSet};
+use posefuse_skeleton::JointSet;
 use serde::{Deserialize, Serialize};
 
-use super::pace::{Pace, aligned_start, monotonic_of};
-use super::{Description, SensorClock, SensorSource, SourceError, SourceFrame};
+use super::replay::{RecordedFrame, Replay, ReplayOptions, Tape};
+use super::{Description, SourceError};
 use crate::Clock;
 
-pub use recording::{CsvError, RecordedFrame, Recording};
+pub use recording::{CsvError, Recording};
 
 /// Which recording, which Kinect, and how to replay it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,7 +44,7 @@ pub struct CsvConfig {
     pub prompt: bool,
 }
 
-fn real_time() -> f64 {
+pub(crate) fn real_time() -> f64 {
     1.0
 }
 
@@ -63,77 +62,32 @@ impl CsvConfig {
         }
     }
 
-    fn check(&self) -> Result<(), SourceError> {
-        let within =
-            |name: &str, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
-                true => Ok(()),
-                false => Err(SourceError::Final(format!(
-                    "csv source: `{name}` must lie between {low} and {high}, found {value}"
-                ))),
-            };
-        within("speed", self.speed, 0.01, 1000.0)?;
-        within("align_s", self.align_s, 0.0, 3600.0)
+    fn options(&self) -> ReplayOptions {
+        ReplayOptions {
+            speed: self.speed,
+            repeat: self.repeat,
+            align_s: self.align_s,
+            epoch_unix_ns: self.epoch_unix_ns,
+            prompt: self.prompt,
+        }
     }
 }
 
-/// One Kinect of a recording, as a sensor.
-pub(crate) struct CsvSource {
+/// Reads the recording and makes its Kinect a sensor.
+pub(crate) fn open(config: &CsvConfig, clock: &dyn Clock) -> Result<Replay<CsvTape>, SourceError> {
+    config.options().check("csv")?;
+    let recording = Recording::read(&config.file, &config.kinect)
+        .map_err(|error| SourceError::Final(error.to_string()))?;
+    Replay::start(CsvTape { recording, next: 0 }, config.options(), clock)
+}
+
+/// One Kinect of a recording, from its first frame to its last.
+pub(crate) struct CsvTape {
     recording: Recording,
-    pace: Pace,
-    repeat: bool,
-    prompt: bool,
     next: usize,
-    round: u32,
-    last_due_ns: i64,
 }
 
-impl CsvSource {
-    pub(crate) fn open(config: &CsvConfig, clock: &dyn Clock) -> Result<Self, SourceError> {
-        config.check()?;
-        let recording = Recording::read(&config.file, &config.kinect)
-            .map_err(|error| SourceError::Final(error.to_string()))?;
-        let start_ns = match config.epoch_unix_ns {
-            Some(epoch) => monotonic_of(clock, epoch),
-            None => aligned_start(clock, config.align_s),
-        };
-        let pace = Pace {
-            start_ns,
-            origin_ns: recording.begins_ns,
-            speed: config.speed,
-            round_ns: recording.ends_ns - recording.begins_ns,
-        };
-        let mut source = Self {
-            recording,
-            pace,
-            repeat: config.repeat,
-            prompt: config.prompt,
-            next: 0,
-            round: 0,
-            last_due_ns: i64::MIN,
-        };
-        source.join_in(clock.monotonic_ns());
-        Ok(source)
-    }
-
-    /// Passes over what was due before `now_ns`: a replay whose epoch is past is joined midway.
-    fn join_in(&mut self, now_ns: i64) {
-        if self.pace.start_ns >= now_ns {
-            return;
-        }
-        let recorded = (now_ns - self.pace.start_ns) as f64 * self.pace.speed;
-        if self.repeat {
-            self.round = (recorded / self.pace.round_ns as f64) as u32;
-        }
-        let frames = &self.recording.frames;
-        let due = |frame: &RecordedFrame| self.pace.replayed(frame.delivered_ns, self.round);
-        self.next = frames
-            .iter()
-            .position(|frame| due(frame) >= now_ns)
-            .unwrap_or(frames.len());
-    }
-}
-
-impl SensorSource for CsvSource {
+impl Tape for CsvTape {
     fn description(&self) -> Description {
         Description {
             model: "Kinect v2 (recording)".into(),
@@ -141,32 +95,22 @@ impl SensorSource for CsvSource {
         }
     }
 
-    fn clock(&self) -> SensorClock {
-        let (start, first) = (self.pace.start_ns, self.recording.device_origin_ns);
-        Arc::new(move |monotonic| {
-            AgentTime::from_ns(monotonic.saturating_sub(start).saturating_add(first))
-        })
+    fn span_ns(&self) -> (i64, i64) {
+        (self.recording.begins_ns, self.recording.ends_ns)
     }
 
-    fn next_frame(&mut self) -> Result<Option<SourceFrame>, SourceError> {
-        if self.next >= self.recording.frames.len() {
-            if !self.repeat {
-                return Ok(None);
-            }
-            self.next = 0;
-            self.round = self.round.wrapping_add(1);
-        }
-        let frame = &self.recording.frames[self.next];
+    fn sensor_origin_ns(&self) -> i64 {
+        self.recording.device_origin_ns
+    }
+
+    fn rewind(&mut self) {
+        self.next = 0;
+    }
+
+    fn next(&mut self) -> Result<Option<RecordedFrame>, SourceError> {
+        let frame = self.recording.frames.get(self.next).cloned();
         self.next += 1;
-        let captured = self.pace.replayed(frame.captured_ns, self.round);
-        let delivered = self.pace.replayed(frame.delivered_ns, self.round);
-        let due = if self.prompt { captured } else { delivered };
-        self.last_due_ns = self.last_due_ns.max(due);
-        Ok(Some(SourceFrame {
-            captured: (self.clock())(captured),
-            due_ns: Some(self.last_due_ns),
-            bodies: frame.bodies.clone(),
-        }))
+        Ok(frame)
     }
 }
 

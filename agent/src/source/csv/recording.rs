@@ -12,7 +12,7 @@ use posefuse_skeleton::{Confidence, Joint, Position, RawJoint};
 use thiserror::Error;
 
 use super::header::Header;
-use crate::source::SourceBody;
+use crate::source::{RecordedFrame, SourceBody};
 
 /// Longest recording, nanoseconds: a day. Times further apart are broken.
 const LONGEST_NS: i64 = 86_400_000_000_000;
@@ -54,21 +54,10 @@ pub enum CsvError {
     },
 }
 
-/// What one Kinect saw at one instant. Times are the recording's delivery clock.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RecordedFrame {
-    /// When the logger got it, nanoseconds.
-    pub delivered_ns: i64,
-    /// When it was captured: the Kinect's own time, moved so that the file's quickest frame took no time.
-    pub captured_ns: i64,
-    /// Who was in view: Kinect v2 joints, metres, optical axes.
-    pub bodies: Vec<SourceBody>,
-}
-
 /// One Kinect's part of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Its frames in the file's order.
+    /// Its frames in the file's order: Kinect v2 joints, metres, optical axes.
     pub frames: Vec<RecordedFrame>,
     /// The first delivery of any Kinect in the file, nanoseconds.
     pub begins_ns: i64,
