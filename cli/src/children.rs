@@ -57,8 +57,14 @@ impl Child {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .kill_on_drop(true);
-        let mut process = command.spawn().with_context(|| format!("cannot start {name} as a process"))?;
-        let (stdin, stdout, stderr) = (process.stdin.take(), process.stdout.take(), process.stderr.take());
+        let mut process = command
+            .spawn()
+            .with_context(|| format!("cannot start {name} as a process"))?;
+        let (stdin, stdout, stderr) = (
+            process.stdin.take(),
+            process.stdout.take(),
+            process.stderr.take(),
+        );
         let (Some(stdout), Some(stderr)) = (stdout, stderr) else {
             bail!("{name} has been started without pipes");
         };
@@ -82,7 +88,11 @@ impl Child {
     /// The next line it prints, within `limit`. An error if it ends first, with its last words.
     pub(crate) async fn next_line(&mut self, limit: Duration) -> anyhow::Result<String> {
         match tokio::time::timeout(limit, self.stdout.next_line()).await {
-            Err(_) => bail!("{} did not come up within {} s; try again with -v to see what it says", self.name, limit.as_secs()),
+            Err(_) => bail!(
+                "{} did not come up within {} s; try again with -v to see what it says",
+                self.name,
+                limit.as_secs()
+            ),
             Ok(Ok(Some(line))) => Ok(line),
             Ok(_) => Err(self.ended().await),
         }
@@ -120,7 +130,9 @@ impl Log {
         let mut lines = BufReader::new(stderr).lines();
         while let Ok(Some(line)) = lines.next_line().await {
             let parsed: Option<LogLine> = serde_json::from_str(&line).ok();
-            let grave = parsed.as_ref().is_some_and(|l| matches!(l.level.as_str(), "WARN" | "ERROR"));
+            let grave = parsed
+                .as_ref()
+                .is_some_and(|l| matches!(l.level.as_str(), "WARN" | "ERROR"));
             let text = parsed.map_or(line, |line| line.message);
             if verbose {
                 output::note(format!("[{name}] {text}"));
@@ -138,7 +150,10 @@ impl Log {
     /// Its error, or failing that its last line.
     fn last_words(&self) -> Option<String> {
         let tail = self.tail.lock().unwrap_or_else(PoisonError::into_inner);
-        let error = tail.iter().rev().find_map(|line| Some(line.strip_prefix("error: ")?.to_owned()));
+        let error = tail
+            .iter()
+            .rev()
+            .find_map(|line| Some(line.strip_prefix("error: ")?.to_owned()));
         error.or_else(|| tail.back().cloned())
     }
 }

@@ -54,7 +54,39 @@ pub(crate) fn report(error: &anyhow::Error) -> u8 {
     if error.chain().any(closed) {
         return 0;
     }
-    output::error(&format!("{error:#}"));
+    output::error(&in_words(error));
     let wrong_usage = error.chain().any(|cause| cause.is::<Usage>());
     if wrong_usage { 2 } else { 1 }
+}
+
+/// The error and its causes on one line. A cause that the error names already is not said again.
+pub(crate) fn in_words(error: &anyhow::Error) -> String {
+    let mut words = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if words.is_empty() {
+            words = cause;
+        } else if !words.contains(&cause) {
+            words = format!("{words}: {cause}");
+        }
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use anyhow::{Context, anyhow};
+
+    use super::*;
+
+    #[test]
+    fn each_cause_is_said_once() {
+        let error: anyhow::Error = Err::<(), _>(anyhow!("disk gone"))
+            .context("cannot write: disk gone; plug it in")
+            .context("the take `a`")
+            .unwrap_err();
+        assert_eq!(
+            in_words(&error),
+            "the take `a`: cannot write: disk gone; plug it in"
+        );
+    }
 }

@@ -40,9 +40,17 @@ pub(crate) fn init(global: &Global, default: Level) {
 }
 
 fn ours(level: Level) -> String {
-    ["agent", "calibration", "fusion", "proto", "server", "session", "simulator"]
-        .map(|name| format!("posefuse_{name}={level}"))
-        .join(",")
+    [
+        "agent",
+        "calibration",
+        "fusion",
+        "proto",
+        "server",
+        "session",
+        "simulator",
+    ]
+    .map(|name| format!("posefuse_{name}={level}"))
+    .join(",")
 }
 
 /// Stderr, with progress bars taken off the screen while a line is written.

@@ -85,7 +85,10 @@ pub(crate) fn note(text: impl AsRef<str>) {
 /// A remark that something is not as it should be.
 pub(crate) fn warn(text: &str) {
     let colour = coloured(&io::stderr().is_terminal());
-    note(format!("{} {text}", paint_if(colour, Style::Doubtful, "warning:")));
+    note(format!(
+        "{} {text}",
+        paint_if(colour, Style::Doubtful, "warning:")
+    ));
 }
 
 /// What made the command fail.
@@ -98,7 +101,13 @@ pub(crate) fn error(text: &str) {
 pub(crate) fn table(rows: &[Vec<String>]) -> Vec<String> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns)
-        .map(|c| rows.iter().filter_map(|row| row.get(c)).map(|cell| width(cell)).max().unwrap_or(0))
+        .map(|c| {
+            rows.iter()
+                .filter_map(|row| row.get(c))
+                .map(|cell| width(cell))
+                .max()
+                .unwrap_or(0)
+        })
         .collect();
     rows.iter()
         .map(|row| {
@@ -171,7 +180,11 @@ mod tests {
     fn columns_line_up_whatever_the_colour() {
         let rows = [
             vec!["name".to_owned(), "state".to_owned(), "x".to_owned()],
-            vec!["a".to_owned(), paint_if(true, Style::Good, "ok"), "y".to_owned()],
+            vec![
+                "a".to_owned(),
+                paint_if(true, Style::Good, "ok"),
+                "y".to_owned(),
+            ],
         ];
         let lines = table(&rows);
         assert_eq!(lines[0], "name  state  x");

@@ -19,7 +19,9 @@ pub(crate) fn default_calibration() -> PathBuf {
 
 /// `path` as a person would type it: with `~` for the home folder.
 pub(crate) fn shown(path: &Path) -> String {
-    let home = std::env::var_os("HOME").map(PathBuf::from).filter(|h| h.is_absolute());
+    let home = std::env::var_os("HOME")
+        .map(PathBuf::from)
+        .filter(|h| h.is_absolute());
     match home.and_then(|home| Some(path.strip_prefix(home).ok()?.to_owned())) {
         Some(rest) => format!("~/{}", rest.display()),
         None => path.display().to_string(),
@@ -33,7 +35,9 @@ fn data_home() -> PathBuf {
 /// `$variable/posefuse`, or below the home folder; the specification has relative values ignored.
 fn base(variable: &str, below_home: &str) -> PathBuf {
     let absolute = |name: &str| {
-        std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute())
+        std::env::var_os(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
     };
     let base = absolute(variable)
         .or_else(|| Some(absolute("HOME")?.join(below_home)))

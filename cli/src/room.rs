@@ -39,7 +39,12 @@ impl ServerUrl {
 
     /// The host's name or address and the port.
     pub(crate) fn host_and_port(&self) -> (String, u16) {
-        let host = self.0.host().unwrap_or("127.0.0.1").trim_matches(['[', ']']).to_owned();
+        let host = self
+            .0
+            .host()
+            .unwrap_or("127.0.0.1")
+            .trim_matches(['[', ']'])
+            .to_owned();
         (host, self.0.port_u16().unwrap_or(80))
     }
 }
@@ -54,7 +59,9 @@ impl FromStr for ServerUrl {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        posefuse_agent::parse_server(text).map(Self).map_err(|error| error.to_string())
+        posefuse_agent::parse_server(text)
+            .map(Self)
+            .map_err(|error| error.to_string())
     }
 }
 
@@ -78,7 +85,9 @@ pub(crate) async fn connect_with_status(url: &ServerUrl) -> anyhow::Result<(Room
     let mut room = Room::new(channel);
     let asked = tokio::time::timeout(REPLY_TIMEOUT, room.get_status(GetStatusRequest {})).await;
     let no_room = |why: &str| {
-        anyhow!("something answers at {url}, but not as a Posefuse server ({why}); check the port of --server URL")
+        anyhow!(
+            "something answers at {url}, but not as a Posefuse server ({why}); check the port of --server URL"
+        )
     };
     let status = match asked {
         Err(_) => return Err(no_room("no reply within 5 s")),
@@ -86,7 +95,9 @@ pub(crate) async fn connect_with_status(url: &ServerUrl) -> anyhow::Result<(Room
             return Err(no_room("it does not know the Room service"));
         }
         Ok(Err(status)) if is_foreign(&status) => return Err(no_room(status.message())),
-        Ok(reply) => reply.map_err(|status| refused(&status)).context("the server's state")?,
+        Ok(reply) => reply
+            .map_err(|status| refused(&status))
+            .context("the server's state")?,
     };
     Ok((room, status.into_inner()))
 }
@@ -94,7 +105,9 @@ pub(crate) async fn connect_with_status(url: &ServerUrl) -> anyhow::Result<(Room
 /// What the server answered instead of a reply, in its own words, which name the remedy.
 pub(crate) fn refused(status: &Status) -> anyhow::Error {
     if went_away(status) {
-        return anyhow!("the server went away; start it again with `posefuse server`, then repeat this");
+        return anyhow!(
+            "the server went away; start it again with `posefuse server`, then repeat this"
+        );
     }
     if status.message().is_empty() {
         return anyhow!("the server refused: {}", status.code().description());
@@ -105,7 +118,10 @@ pub(crate) fn refused(status: &Status) -> anyhow::Error {
 /// Whether the connection broke rather than that the server answered.
 pub(crate) fn went_away(status: &Status) -> bool {
     use std::error::Error;
-    matches!(status.code(), Code::Unavailable | Code::Unknown | Code::Cancelled) && status.source().is_some()
+    matches!(
+        status.code(),
+        Code::Unavailable | Code::Unknown | Code::Cancelled
+    ) && status.source().is_some()
 }
 
 /// Whether what came back was no gRPC at all.

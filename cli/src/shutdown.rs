@@ -64,7 +64,11 @@ pub(crate) fn with_parent() -> anyhow::Result<CancellationToken> {
 
 /// The token for a service: see the two above.
 pub(crate) fn service(exit_with_parent: bool) -> anyhow::Result<CancellationToken> {
-    if exit_with_parent { with_parent() } else { on_signal() }
+    if exit_with_parent {
+        with_parent()
+    } else {
+        on_signal()
+    }
 }
 
 fn wait_for_end_of(mut input: impl Read) {

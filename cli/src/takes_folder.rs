@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 
-use posefuse_session::{DiskStorage, TakeReader};
+use posefuse_session::{DiskStorage, TakeError, TakeReader};
 
 use crate::paths;
 
@@ -13,7 +13,12 @@ use crate::paths;
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TakesFolder {
     /// The folder with takes [default: ~/.local/share/posefuse/takes]
-    #[arg(long = "takes", global = true, value_name = "DIR", env = "POSEFUSE_TAKES")]
+    #[arg(
+        long = "takes",
+        global = true,
+        value_name = "DIR",
+        env = "POSEFUSE_TAKES"
+    )]
     folder: Option<PathBuf>,
 }
 
@@ -36,19 +41,34 @@ impl TakesFolder {
     /// Where a take lies: `take` is its file or its name in the folder.
     pub(crate) fn find(&self, take: &Path) -> anyhow::Result<Located> {
         let shown = take.display();
-        let name = take.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let name = take
+            .file_name()
+            .and_then(|name| name.to_str())
+            .unwrap_or_default();
         let name = name.strip_suffix(".mcap").unwrap_or(name).to_owned();
         if take.is_file() {
-            let folder = take.parent().filter(|folder| !folder.as_os_str().is_empty());
-            return Ok(Located { folder: folder.unwrap_or(Path::new(".")).to_owned(), name });
+            let folder = take
+                .parent()
+                .filter(|folder| !folder.as_os_str().is_empty());
+            return Ok(Located {
+                folder: folder.unwrap_or(Path::new(".")).to_owned(),
+                name,
+            });
         }
         if take.components().count() != 1 {
-            bail!("there is no file `{shown}`; give a take's name (`posefuse takes` lists them) or its .mcap file");
+            bail!(
+                "there is no file `{shown}`; give a take's name (`posefuse takes` lists them) or its .mcap file"
+            );
         }
-        let found = Located { folder: self.path(), name };
+        let found = Located {
+            folder: self.path(),
+            name,
+        };
         if !found.file().is_file() {
             let folder = paths::shown(&found.folder);
-            bail!("there is no take `{shown}` in {folder}; `posefuse takes` lists them, --takes DIR names another folder");
+            bail!(
+                "there is no take `{shown}` in {folder}; `posefuse takes` lists them, --takes DIR names another folder"
+            );
         }
         Ok(found)
     }
@@ -70,6 +90,11 @@ impl Located {
     /// Opens it for reading.
     pub(crate) fn open(&self) -> anyhow::Result<TakeReader> {
         let storage = DiskStorage::new(&self.folder)?;
-        Ok(TakeReader::open(&storage, &self.name)?)
+        TakeReader::open(&storage, &self.name).map_err(|error| match error {
+            TakeError::Unfinished(_) => {
+                anyhow!("{error}; `posefuse takes recover` repairs it at once")
+            }
+            error => error.into(),
+        })
     }
 }

@@ -181,7 +181,10 @@ pub(crate) struct PairView {
 
 impl From<&v1::CalibrateResult> for CalibrationView {
     fn from(result: &v1::CalibrateResult) -> Self {
-        let poses = result.calibration.iter().flat_map(|calibration| &calibration.sensors);
+        let poses = result
+            .calibration
+            .iter()
+            .flat_map(|calibration| &calibration.sensors);
         Self {
             verdict: match result.verdict() {
                 v1::Verdict::Passed => "passed",
@@ -215,7 +218,11 @@ impl CalibrationView {
             verdict: report.verdict.name(),
             reasons: report.reasons.iter().map(reason).collect(),
             in_force: false,
-            sensors: calibration.sensors.iter().map(SensorPoseView::from).collect(),
+            sensors: calibration
+                .sensors
+                .iter()
+                .map(SensorPoseView::from)
+                .collect(),
             pairs: report.pairs.iter().map(pair).collect(),
             file: None,
         }
@@ -225,7 +232,10 @@ impl CalibrationView {
 impl From<&v1::SensorPose> for SensorPoseView {
     fn from(pose: &v1::SensorPose) -> Self {
         let place = pose.room_from_sensor.unwrap_or_default();
-        let (t, q) = (place.translation.unwrap_or_default(), place.rotation.unwrap_or_default());
+        let (t, q) = (
+            place.translation.unwrap_or_default(),
+            place.rotation.unwrap_or_default(),
+        );
         Self {
             sensor: pose.sensor.clone(),
             position_m: [t.x, t.y, t.z],

@@ -46,8 +46,15 @@ pub(crate) async fn run(args: &RecordArgs, global: &Global) -> anyhow::Result<Ou
         slate: args.slate.clone(),
         notes: args.notes.clone(),
     };
-    let started = client.start_take(request).await.map_err(|status| room::refused(&status))?.into_inner();
-    output::note(format!("recording `{}`; Ctrl-C ends the take", started.name));
+    let started = client
+        .start_take(request)
+        .await
+        .map_err(|status| room::refused(&status))?
+        .into_inner();
+    output::note(format!(
+        "recording `{}`; Ctrl-C ends the take",
+        started.name
+    ));
     let limit = args.seconds.map(Duration::from_secs_f64);
     let lost = follow(&mut client, limit, &stop).await.err();
     let take = match client.stop_take(StopTakeRequest {}).await {
@@ -106,11 +113,18 @@ fn warn_of_what_is_missing(status: &RoomStatus) {
              `posefuse calibrate` has placed them",
         );
     }
-    status.troubles.iter().for_each(|trouble| output::warn(trouble));
+    status
+        .troubles
+        .iter()
+        .for_each(|trouble| output::warn(trouble));
 }
 
 /// Shows the running time until the end comes, or until the server ended the take by itself.
-async fn follow(client: &mut Room, limit: Option<Duration>, stop: &CancellationToken) -> anyhow::Result<()> {
+async fn follow(
+    client: &mut Room,
+    limit: Option<Duration>,
+    stop: &CancellationToken,
+) -> anyhow::Result<()> {
     let running = progress::spinner("recording");
     let begun = tokio::time::Instant::now();
     let end = async {

@@ -52,11 +52,22 @@ struct RefuseView {
 pub(crate) fn run(args: &RefuseArgs, global: &Global) -> anyhow::Result<Outcome> {
     let located = args.takes.find(&args.take)?;
     let options = RefuseOptions {
-        config: args.config.as_deref().map(read_config).transpose()?.map(|config| config.fusion),
-        calibration: args.calibration.as_deref().map(read_calibration).transpose()?,
+        config: args
+            .config
+            .as_deref()
+            .map(read_config)
+            .transpose()?
+            .map(|config| config.fusion),
+        calibration: args
+            .calibration
+            .as_deref()
+            .map(read_calibration)
+            .transpose()?,
         build: BUILD.to_owned(),
         name: args.out.clone(),
     };
+    // Says what can be done about a take that cannot be read.
+    located.open()?;
     let storage: Arc<dyn Storage> = Arc::new(DiskStorage::new(&located.folder)?);
     let bar = progress::bar(1, "fusing");
     let mut show = |progress: posefuse_session::RefuseProgress| {
@@ -73,27 +84,41 @@ pub(crate) fn run(args: &RefuseArgs, global: &Global) -> anyhow::Result<Outcome>
         tell(&report, &located, changed)?;
     }
     let lost = report.take.dropped > 0 || !report.take.trouble.is_empty();
-    Ok(if lost { Outcome::DoneWithLoss } else { Outcome::Done })
+    Ok(if lost {
+        Outcome::DoneWithLoss
+    } else {
+        Outcome::Done
+    })
 }
 
 /// Reads a calibration file. A mistake in it is a wrong usage.
-pub(crate) fn read_calibration(file: &std::path::Path) -> anyhow::Result<posefuse_skeleton::Calibration> {
+pub(crate) fn read_calibration(
+    file: &std::path::Path,
+) -> anyhow::Result<posefuse_skeleton::Calibration> {
     let shown = file.display();
-    let text = std::fs::read_to_string(file).with_context(|| format!("the calibration `{shown}` cannot be read"));
+    let text = std::fs::read_to_string(file)
+        .with_context(|| format!("the calibration `{shown}` cannot be read"));
     let text = text.map_err(|error| usage(format!("{error:#}")))?;
-    posefuse_calibration::from_toml(&text).map_err(|error| usage(format!("the calibration `{shown}`: {error}")))
+    posefuse_calibration::from_toml(&text)
+        .map_err(|error| usage(format!("the calibration `{shown}`: {error}")))
 }
 
 fn view(report: &RefuseReport, located: &Located) -> RefuseView {
     let path = located.folder.join(format!("{}.mcap", report.take.name));
     RefuseView {
-        take: TakeView { path: Some(path.display().to_string()), ..TakeView::from(&report.take) },
+        take: TakeView {
+            path: Some(path.display().to_string()),
+            ..TakeView::from(&report.take)
+        },
         inputs: report.inputs,
         recorded_frames: report.recorded_frames,
         frames: report.frames,
         identical: report.identical,
         from_snapshot: report.from_snapshot,
-        same_until: report.first_difference.as_ref().map(|difference| difference.after),
+        same_until: report
+            .first_difference
+            .as_ref()
+            .map(|difference| difference.after),
     }
 }
 
@@ -107,10 +132,20 @@ fn tell(report: &RefuseReport, located: &Located, changed: bool) -> anyhow::Resu
         report.inputs,
         report.recorded_frames,
     ))?;
-    line(format!("     {}", located.folder.join(format!("{name}.mcap")).display()))?;
+    line(format!(
+        "     {}",
+        located.folder.join(format!("{name}.mcap")).display()
+    ))?;
     match &report.first_difference {
-        None => line(format!("{}: every frame is byte for byte the recorded one", paint(Style::Good, "identical")))?,
-        Some(first) => line(format!("{}: frame {} is the first that differs", paint(Style::Bold, "different"), first.after + 1))?,
+        None => line(format!(
+            "{}: every frame is byte for byte the recorded one",
+            paint(Style::Good, "identical")
+        ))?,
+        Some(first) => line(format!(
+            "{}: frame {} is the first that differs",
+            paint(Style::Bold, "different"),
+            first.after + 1
+        ))?,
     }
     if !changed && !report.identical {
         output::warn(if report.from_snapshot {

@@ -3,7 +3,7 @@
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::Args;
 use posefuse_server::{Config, Parts, ServerError};
 use serde::{Deserialize, Serialize};
@@ -98,10 +98,13 @@ fn configured(args: &ServerArgs) -> anyhow::Result<Config> {
 /// Reads a server's configuration; folders that it does not name are the usual ones. A mistake in it is a wrong usage.
 pub(crate) fn read_config(file: &Path) -> anyhow::Result<Config> {
     let shown = file.display();
-    let text = std::fs::read_to_string(file)
-        .map_err(|error| usage(format!("the configuration `{shown}` cannot be read: {error}")))?;
-    let mut config =
-        Config::from_toml(&text).map_err(|error| usage(format!("the configuration `{shown}`, {error}")))?;
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        usage(format!(
+            "the configuration `{shown}` cannot be read: {error}"
+        ))
+    })?;
+    let mut config = Config::from_toml(&text)
+        .map_err(|error| usage(format!("the configuration `{shown}`, {error}")))?;
     let table: toml::Table = toml::from_str(&text).unwrap_or_default();
     let names = |section: &str, key: &str| table.get(section).is_some_and(|s| s.get(key).is_some());
     let usual = default_config();
@@ -129,9 +132,12 @@ async fn serve(mut config: Config, args: &ServerArgs, global: &Global) -> anyhow
     {
         config.listen.set_port(0);
     }
-    let parts = Parts::system(&config).await?;
+    let parts = Parts::system(&config).await.map_err(on_the_command_line)?;
     let listening = Listening {
-        url: url(parts.listener.local_addr().context("the address listened on")?),
+        url: url(parts
+            .listener
+            .local_addr()
+            .context("the address listened on")?),
         takes: config.takes.folder.clone(),
     };
     if global.json {
@@ -143,10 +149,30 @@ async fn serve(mut config: Config, args: &ServerArgs, global: &Global) -> anyhow
     Ok(Outcome::Done)
 }
 
+/// The same remedy as an option.
+fn on_the_command_line(error: ServerError) -> anyhow::Error {
+    match error {
+        ServerError::PortInUse(address) => {
+            let (host, port) = (address.ip(), address.port());
+            let next = SocketAddr::new(host, port.checked_add(1).unwrap_or(7400));
+            anyhow!(
+                "port {port} of {host} is in use: end the program that has it (`ss -ltnp` names it), \
+                 or choose another port: --listen {next}"
+            )
+        }
+        ServerError::NotLoopback(_) => anyhow!("{error} (on the command line: --allow-remote)"),
+        error => error.into(),
+    }
+}
+
 /// An address that a browser on this machine can open.
 fn url(mut address: SocketAddr) -> String {
     if address.ip().is_unspecified() {
-        let loopback = if address.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() };
+        let loopback = if address.is_ipv4() {
+            Ipv4Addr::LOCALHOST.into()
+        } else {
+            Ipv6Addr::LOCALHOST.into()
+        };
         address.set_ip(loopback);
     }
     format!("http://{address}")
@@ -156,6 +182,8 @@ fn greet(listening: &Listening) -> anyhow::Result<()> {
     let Listening { url, takes } = listening;
     line(format!("dashboard  {}", paint(Style::Bold, url)))?;
     line(format!("takes      {}", takes.display()))?;
-    line(format!("try it     posefuse agent sim --name left --sensor 1 --server {url}"))?;
+    line(format!(
+        "try it     posefuse agent sim --name left --sensor 1 --server {url}"
+    ))?;
     Ok(())
 }

@@ -47,8 +47,14 @@ enum Action {
 }
 
 pub(crate) fn run(args: &TakesArgs, global: &Global) -> anyhow::Result<Outcome> {
-    match args.action.as_ref().unwrap_or(&Action::List { server: None }) {
-        Action::List { server: Some(server) } => super::block_on(list_of_server(server, global)),
+    match args
+        .action
+        .as_ref()
+        .unwrap_or(&Action::List { server: None })
+    {
+        Action::List {
+            server: Some(server),
+        } => super::block_on(list_of_server(server, global)),
         Action::List { server: None } => list(&args.folder, global),
         Action::Show { take } => show(&args.folder, take, global),
         Action::Recover => repair(&args.folder, global),
@@ -69,7 +75,11 @@ fn list(folder: &TakesFolder, global: &Global) -> anyhow::Result<Outcome> {
     let views: Vec<TakeView> = takes
         .iter()
         .map(|info| TakeView {
-            path: Some(path.join(format!("{}.mcap", info.name)).display().to_string()),
+            path: Some(
+                path.join(format!("{}.mcap", info.name))
+                    .display()
+                    .to_string(),
+            ),
             ..TakeView::from(info)
         })
         .collect();
@@ -79,18 +89,29 @@ fn list(folder: &TakesFolder, global: &Global) -> anyhow::Result<Outcome> {
 async fn list_of_server(server: &ServerUrl, global: &Global) -> anyhow::Result<Outcome> {
     let (mut client, status) = room::connect_with_status(server).await?;
     let takes = client.list_takes(ListTakesRequest {}).await;
-    let takes = takes.map_err(|status| room::refused(&status))?.into_inner().takes;
+    let takes = takes
+        .map_err(|status| room::refused(&status))?
+        .into_inner()
+        .takes;
     let views: Vec<TakeView> = takes.iter().map(TakeView::from).collect();
-    print(&views, &format!("{} of {server}", status.take_folder), global)
+    print(
+        &views,
+        &format!("{} of {server}", status.take_folder),
+        global,
+    )
 }
 
 fn print(takes: &[TakeView], place: &str, global: &Global) -> anyhow::Result<Outcome> {
     if global.json {
         output::json_pretty(&takes)?;
     } else if takes.is_empty() {
-        line(format!("no takes yet in {place}; `posefuse record` makes one, `posefuse demo` too"))?;
+        line(format!(
+            "no takes yet in {place}; `posefuse record` makes one, `posefuse demo` too"
+        ))?;
     } else {
-        let head = ["take", "state", "length", "frames", "people", "sensors", "size", "slate", "notes"];
+        let head = [
+            "take", "state", "length", "frames", "people", "sensors", "size", "slate", "notes",
+        ];
         let mut rows = vec![head.map(|cell| paint(Style::Faint, cell)).to_vec()];
         rows.extend(takes.iter().map(row));
         output::print_table(&rows)?;
@@ -159,7 +180,11 @@ fn show(folder: &TakesFolder, take: &std::path::Path, global: &Global) -> anyhow
             output::warn(&format!("{read} frames read back, the take says {said}"));
         }
     }
-    Ok(if whole { Outcome::Done } else { Outcome::DoneWithLoss })
+    Ok(if whole {
+        Outcome::Done
+    } else {
+        Outcome::DoneWithLoss
+    })
 }
 
 /// Reads the whole take, so that what is said of it is known to be so.
@@ -181,17 +206,29 @@ fn details(reader: &TakeReader, file: &std::path::Path) -> anyhow::Result<TakeDe
     });
     let calibration = reader.header().calibration.as_ref();
     Ok(TakeDetails {
-        take: TakeView { path: Some(file.display().to_string()), ..TakeView::from(reader.info()) },
-        messages: Topic::ALL.into_iter().map(|topic| (topic.name(), reader.count(topic))).collect(),
+        take: TakeView {
+            path: Some(file.display().to_string()),
+            ..TakeView::from(reader.info())
+        },
+        messages: Topic::ALL
+            .into_iter()
+            .map(|topic| (topic.name(), reader.count(topic)))
+            .collect(),
         frames_read,
-        calibrated: calibration.map(|c| c.sensors.keys().cloned().collect()).unwrap_or_default(),
+        calibrated: calibration
+            .map(|c| c.sensors.keys().cloned().collect())
+            .unwrap_or_default(),
         events: events.collect::<anyhow::Result<_>>()?,
     })
 }
 
 fn describe(details: &TakeDetails) -> anyhow::Result<()> {
     let take = &details.take;
-    let calibrated = if details.calibrated.is_empty() { "no sensor".to_owned() } else { details.calibrated.join(", ") };
+    let calibrated = if details.calibrated.is_empty() {
+        "no sensor".to_owned()
+    } else {
+        details.calibrated.join(", ")
+    };
     let messages: Vec<String> = details
         .messages
         .iter()
@@ -204,20 +241,41 @@ fn describe(details: &TakeDetails) -> anyhow::Result<()> {
         ("state", state(take)),
         ("trouble", take.trouble.clone()),
         ("started", take.started.clone()),
-        ("length", format!("{}, {} frames, {}", duration(take.seconds), take.frames, bytes(take.bytes))),
+        (
+            "length",
+            format!(
+                "{}, {} frames, {}",
+                duration(take.seconds),
+                take.frames,
+                bytes(take.bytes)
+            ),
+        ),
         ("people", format!("at most {}", people(take.people))),
         ("sensors", take.sensors.join(", ")),
         ("calibrated", calibrated),
         ("slate", take.slate.clone()),
         ("notes", take.notes.clone()),
-        ("dropped", if take.dropped > 0 { format!("{} inputs", take.dropped) } else { String::new() }),
+        (
+            "dropped",
+            if take.dropped > 0 {
+                format!("{} inputs", take.dropped)
+            } else {
+                String::new()
+            },
+        ),
         ("messages", messages.join(", ")),
     ];
     for (what, fact) in facts.iter().filter(|(_, fact)| !fact.is_empty()) {
-        line(format!("{} {fact}", paint(Style::Faint, &format!("{what:<11}"))))?;
+        line(format!(
+            "{} {fact}",
+            paint(Style::Faint, &format!("{what:<11}"))
+        ))?;
     }
     for event in &details.events {
-        let mark = paint(Style::Faint, &format!("{:<11}", format!("+{:.1} s", event.at_s)));
+        let mark = paint(
+            Style::Faint,
+            &format!("{:<11}", format!("+{:.1} s", event.at_s)),
+        );
         line(format!("{mark} {} {} {}", event.kind, event.sensor, event.text).trim_end())?;
     }
     Ok(())
@@ -235,20 +293,32 @@ struct RecoveryView {
 
 fn repair(folder: &TakesFolder, global: &Global) -> anyhow::Result<Outcome> {
     let storage: Arc<dyn Storage> = Arc::new(DiskStorage::new(folder.path())?);
-    let views: Vec<RecoveryView> = recover(&storage)?.into_iter().map(RecoveryView::from).collect();
+    let views: Vec<RecoveryView> = recover(&storage)?
+        .into_iter()
+        .map(RecoveryView::from)
+        .collect();
     if global.json {
         output::json_pretty(&views)?;
     } else if views.is_empty() {
-        line(format!("every take in {} has its end; nothing to repair", paths::shown(&folder.path())))?;
+        line(format!(
+            "every take in {} has its end; nothing to repair",
+            paths::shown(&folder.path())
+        ))?;
     }
     for view in views.iter().filter(|_| !global.json) {
         let (name, frames) = (&view.name, view.frames);
         match view.recovered {
-            true => line(format!("{name}: repaired, {frames} frames; {} bytes could not be read", view.lost_bytes))?,
+            true => line(format!(
+                "{name}: repaired, {frames} frames; {} bytes could not be read",
+                view.lost_bytes
+            ))?,
             false => output::warn(&format!("{name}: left as it was: {}", view.trouble)),
         }
     }
-    let worst = views.iter().map(|view| (view.recovered, view.lost_bytes)).min();
+    let worst = views
+        .iter()
+        .map(|view| (view.recovered, view.lost_bytes))
+        .min();
     Ok(match worst {
         Some((false, _)) => Outcome::Failed,
         _ if views.iter().any(|view| view.lost_bytes > 0) => Outcome::DoneWithLoss,
@@ -260,12 +330,20 @@ impl From<Recovery> for RecoveryView {
     fn from(recovery: Recovery) -> Self {
         let name = recovery.name;
         match recovery.outcome {
-            RecoveryOutcome::Recovered { info, lost_bytes } => {
-                Self { name, recovered: true, frames: info.frames, lost_bytes, trouble: info.trouble }
-            }
-            RecoveryOutcome::Damaged(trouble) => {
-                Self { name, recovered: false, frames: 0, lost_bytes: 0, trouble }
-            }
+            RecoveryOutcome::Recovered { info, lost_bytes } => Self {
+                name,
+                recovered: true,
+                frames: info.frames,
+                lost_bytes,
+                trouble: info.trouble,
+            },
+            RecoveryOutcome::Damaged(trouble) => Self {
+                name,
+                recovered: false,
+                frames: 0,
+                lost_bytes: 0,
+                trouble,
+            },
         }
     }
 }

@@ -26,7 +26,10 @@ pub(crate) struct WatchArgs {
 }
 
 fn rate(text: &str) -> Result<f64, String> {
-    let rate = text.parse::<f64>().ok().filter(|rate| (0.0..=1000.0).contains(rate));
+    let rate = text
+        .parse::<f64>()
+        .ok()
+        .filter(|rate| (0.0..=1000.0).contains(rate));
     rate.ok_or_else(|| "expected frames per second, 0 to 1000".to_owned())
 }
 
@@ -35,7 +38,9 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
     let (mut client, mut status) = room::connect_with_status(&args.server.server).await?;
     let max_rate_hz = args.rate.unwrap_or(if global.json { 0.0 } else { 2.0 });
     let frames = client.watch(WatchRequest { max_rate_hz }).await;
-    let mut frames = frames.map_err(|status| room::refused(&status))?.into_inner();
+    let mut frames = frames
+        .map_err(|status| room::refused(&status))?
+        .into_inner();
     let mut left = args.frames.unwrap_or(u64::MAX);
     while left > 0 {
         let next = tokio::select! {
@@ -48,7 +53,10 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
         let frame = room_frame_from_wire(&frame).context("a frame of the server")?;
         if sensors(&frame).any(|index| name(&status, index).is_none()) {
             // A sensor that joined since: ask once for its name.
-            if let Ok(newer) = client.get_status(posefuse_proto::v1::GetStatusRequest {}).await {
+            if let Ok(newer) = client
+                .get_status(posefuse_proto::v1::GetStatusRequest {})
+                .await
+            {
                 status = newer.into_inner();
             }
         }
@@ -64,16 +72,30 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
 }
 
 fn sensors(frame: &RoomFrame) -> impl Iterator<Item = usize> {
-    frame.tracks.iter().flat_map(|track| track.sensors.iter()).map(|id| id.index())
+    frame
+        .tracks
+        .iter()
+        .flat_map(|track| track.sensors.iter())
+        .map(|id| id.index())
 }
 
 fn name(status: &RoomStatus, index: usize) -> Option<String> {
-    let infos = status.sensors.iter().filter_map(|sensor| sensor.info.as_ref());
-    infos.into_iter().find(|info| info.id as usize == index).map(|info| info.name.clone())
+    let infos = status
+        .sensors
+        .iter()
+        .filter_map(|sensor| sensor.info.as_ref());
+    infos
+        .into_iter()
+        .find(|info| info.id as usize == index)
+        .map(|info| info.name.clone())
 }
 
 fn text(frame: &RoomFrame, name: impl Fn(usize) -> String) -> String {
-    let mut line = format!("{:9.2} s  {}", frame.time.seconds(), output::people(frame.tracks.len() as u32));
+    let mut line = format!(
+        "{:9.2} s  {}",
+        frame.time.seconds(),
+        output::people(frame.tracks.len() as u32)
+    );
     for track in &frame.tracks {
         line += &format!("  |  {}", person(track, &name));
     }
@@ -86,18 +108,28 @@ fn person(track: &Track, name: impl Fn(usize) -> String) -> String {
         let p = centre.vector();
         format!(" at x {:+.2} y {:+.2} m", p.x, p.y)
     });
-    let head = track.skeleton.position(Joint::Head).map_or_else(String::new, |head| {
-        format!(", head {:.2} m", head.vector().z)
-    });
+    let head = track
+        .skeleton
+        .position(Joint::Head)
+        .map_or_else(String::new, |head| {
+            format!(", head {:.2} m", head.vector().z)
+        });
     format!(
         "#{}{place}{head}, {}/{} joints measured, by {}",
         track.id,
         measured(&track.skeleton),
         track.skeleton.len(),
-        if sensors.is_empty() { "nobody now".to_owned() } else { sensors.join(" ") }
+        if sensors.is_empty() {
+            "nobody now".to_owned()
+        } else {
+            sensors.join(" ")
+        }
     )
 }
 
 fn measured(skeleton: &Skeleton<Room>) -> usize {
-    skeleton.iter().filter(|(_, joint)| matches!(joint.provenance, Provenance::Measured(_))).count()
+    skeleton
+        .iter()
+        .filter(|(_, joint)| matches!(joint.provenance, Provenance::Measured(_)))
+        .count()
 }

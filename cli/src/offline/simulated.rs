@@ -8,14 +8,14 @@ use posefuse_proto::{agent_body, bodies_from_agent};
 use posefuse_simulator::{SimFrame, SimSensor, World};
 use posefuse_skeleton::{JointSet, Observation, SensorId, SensorInfo, Timestamp};
 
-/// Server time of the scenario's start: the clocks are mapped in the second before.
-const START_NS: i64 = 2_000_000_000;
+/// Server time of the scenario's start: the clocks are mapped in the quarter of a second before.
+const START_NS: i64 = 250_000_000;
 /// From an agent to the server, and how long an agent takes to answer a probe.
 const WAY_NS: i64 = 400_000;
 const ANSWER_NS: i64 = 100_000;
 /// Probes come fast at first, then now and then, as from a server.
 const FIRST_PROBES: i64 = 10;
-const FIRST_PROBE_NS: i64 = 100_000_000;
+const FIRST_PROBE_NS: i64 = 20_000_000;
 const PROBE_NS: i64 = 1_000_000_000;
 
 /// A simulated room, input after input.
@@ -53,7 +53,9 @@ impl SimulatedRoom {
         };
         Ok(Self {
             world: Arc::clone(world),
-            sensors: (0..world.sensor_count()).map(feed).collect::<anyhow::Result<_>>()?,
+            sensors: (0..world.sensor_count())
+                .map(feed)
+                .collect::<anyhow::Result<_>>()?,
             greeted: 0,
             end_ns: (seconds * 1e9).round() as i64,
         })
@@ -76,9 +78,13 @@ impl SimulatedRoom {
             return Ok(Some((Timestamp::ZERO, Input::Sensor(feed.info.clone()))));
         }
         let due = |(index, feed): (usize, &Feed)| {
-            [(feed.probe_sent_ns(), index, true), (feed.arrives_ns(), index, false)]
+            [
+                (feed.probe_sent_ns(), index, true),
+                (feed.arrives_ns(), index, false),
+            ]
         };
-        let Some((at_ns, index, is_probe)) = self.sensors.iter().enumerate().flat_map(due).min() else {
+        let Some((at_ns, index, is_probe)) = self.sensors.iter().enumerate().flat_map(due).min()
+        else {
             return Ok(None);
         };
         if at_ns > self.end_ns {
@@ -123,7 +129,11 @@ impl Feed {
         let received = server(self.arrives_ns());
         let frame = std::mem::replace(&mut self.frame, next_frame(&mut self.sensor));
         // Over the wire and back, so that positions have the precision that they would have.
-        let wire: Vec<_> = frame.bodies.iter().map(|body| agent_body(body.tracking_id, &body.joints)).collect();
+        let wire: Vec<_> = frame
+            .bodies
+            .iter()
+            .map(|body| agent_body(body.tracking_id, &body.joints))
+            .collect();
         Ok(Observation {
             sensor: self.info.id,
             sequence: frame.number,
@@ -156,7 +166,13 @@ mod tests {
 
     #[test]
     fn inputs_come_in_the_order_of_their_time_and_clocks_are_known_before_frames() {
-        let world = Arc::new(World::new(&Scenario { sensors: 2, ..Scenario::default() }).unwrap());
+        let world = Arc::new(
+            World::new(&Scenario {
+                sensors: 2,
+                ..Scenario::default()
+            })
+            .unwrap(),
+        );
         let mut room = SimulatedRoom::new(&world, 3.0).unwrap();
         let (mut last, mut probes, mut frames) = (Timestamp::ZERO, [0; 2], [0; 2]);
         while let Some((time, input)) = room.next().unwrap() {
@@ -164,7 +180,9 @@ mod tests {
             last = time;
             match input {
                 Input::ClockSample(sample) => {
-                    assert!(sample.sent < sample.returned && sample.agent_received < sample.agent_sent);
+                    assert!(
+                        sample.sent < sample.returned && sample.agent_received < sample.agent_sent
+                    );
                     probes[sample.sensor.index()] += 1;
                 }
                 Input::Observation(observation) => {
@@ -174,7 +192,10 @@ mod tests {
                 _ => {}
             }
         }
-        assert!(frames.iter().all(|count| (80..=90).contains(count)), "{frames:?}");
-        assert!(probes.iter().all(|count| *count == 13), "{probes:?}");
+        assert!(
+            frames.iter().all(|count| (80..=90).contains(count)),
+            "{frames:?}"
+        );
+        assert_eq!(probes, [14, 14], "ten before the start, then one a second");
     }
 }

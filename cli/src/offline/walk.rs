@@ -16,17 +16,30 @@ pub(crate) struct WalkTap {
 
 impl WalkTap {
     /// Gathers from these sensors, with the clock mapping of this configuration.
-    pub(crate) fn new<'a>(sensors: impl IntoIterator<Item = &'a SensorInfo>, config: Config) -> Self {
-        let names: Vec<(SensorId, String)> = sensors.into_iter().map(|s| (s.id, s.name.clone())).collect();
-        Self { engine: Engine::new(config), collector: Collector::with_limit(names, FRAMES) }
+    pub(crate) fn new<'a>(
+        sensors: impl IntoIterator<Item = &'a SensorInfo>,
+        config: Config,
+    ) -> Self {
+        let names: Vec<(SensorId, String)> = sensors
+            .into_iter()
+            .map(|s| (s.id, s.name.clone()))
+            .collect();
+        Self {
+            engine: Engine::new(config),
+            collector: Collector::with_limit(names, FRAMES),
+        }
     }
 
     /// Takes in one input, in the order the engine would.
     pub(crate) fn add(&mut self, input: &Input) {
         match input {
             Input::Observation(observation) => {
-                if let Some(time) = self.engine.map_time(observation.sensor, observation.captured) {
-                    self.collector.add(observation.sensor, time, &observation.bodies);
+                if let Some(time) = self
+                    .engine
+                    .map_time(observation.sensor, observation.captured)
+                {
+                    self.collector
+                        .add(observation.sensor, time, &observation.bodies);
                 }
             }
             // Poses play no part in mapping clocks, and without them nothing is fused, which saves the time.

@@ -139,7 +139,6 @@ pub(crate) async fn run(args: &AgentArgs, global: &Global) -> anyhow::Result<Out
     let stopped = async move { stop.cancelled().await };
     let (config, parts) = (config(args)?, Parts::system());
     let name = config.name.clone();
-    tracing::info!("agent `{name}` sends to {}", args.common.server);
     let report = match &args.source {
         Source::Take(take) => {
             let source = take.open(&parts)?;
@@ -152,12 +151,19 @@ pub(crate) async fn run(args: &AgentArgs, global: &Global) -> anyhow::Result<Out
         other => other.into(),
     })?;
     tell(&name, &report, global)?;
-    Ok(if report.dropped > 0 || report.unacknowledged > 0 { Outcome::DoneWithLoss } else { Outcome::Done })
+    Ok(if report.dropped > 0 || report.unacknowledged > 0 {
+        Outcome::DoneWithLoss
+    } else {
+        Outcome::Done
+    })
 }
 
 fn config(args: &AgentArgs) -> anyhow::Result<AgentConfig> {
     let (source, usual_name) = match &args.source {
-        Source::Sim(sim) => (SourceConfig::Sim(sim.config()?), Some(format!("sim{}", sim.sensor))),
+        Source::Sim(sim) => (
+            SourceConfig::Sim(sim.config()?),
+            Some(format!("sim{}", sim.sensor)),
+        ),
         Source::Csv(csv) => (SourceConfig::Csv(csv.config()), None),
         // A take is opened apart and handed to the agent, which then asks its own sources for nothing.
         Source::Take(take) => (SourceConfig::Sim(nothing()), Some(take.sensor.clone())),
@@ -170,7 +176,11 @@ fn config(args: &AgentArgs) -> anyhow::Result<AgentConfig> {
 }
 
 fn nothing() -> source::SimConfig {
-    source::SimConfig { scenario: Scenario::default(), sensor: 0, epoch_unix_ns: None }
+    source::SimConfig {
+        scenario: Scenario::default(),
+        sensor: 0,
+        epoch_unix_ns: None,
+    }
 }
 
 impl SimArgs {
@@ -185,6 +195,12 @@ impl SimArgs {
                 ..Scenario::default()
             },
         };
+        if self.sensor as usize > scenario.sensors {
+            let (sensor, sensors) = (self.sensor, scenario.sensors);
+            return Err(usage(format!(
+                "--sensor {sensor}: the room has {sensors} sensors, 1 to {sensors}; see --sensors"
+            )));
+        }
         Ok(source::SimConfig {
             sensor: self.sensor as usize - 1,
             epoch_unix_ns: Some(self.epoch_ns.unwrap_or_else(shared_epoch_ns)),
@@ -198,11 +214,15 @@ pub(crate) fn read_scenario(file: &std::path::Path) -> anyhow::Result<Scenario> 
     let shown = file.display();
     let text = std::fs::read_to_string(file)
         .map_err(|error| usage(format!("the scenario `{shown}` cannot be read: {error}")))?;
-    posefuse_fusion::parse_toml(&text).map_err(|error| usage(format!("the scenario `{shown}`, {error}")))
+    posefuse_fusion::parse_toml(&text)
+        .map_err(|error| usage(format!("the scenario `{shown}`, {error}")))
 }
 
 fn shared_epoch_ns() -> i64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+    let now = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default()
+        .as_secs();
     ((now - now % SHARED_EPOCH) * 1_000_000_000) as i64
 }
 
@@ -235,13 +255,25 @@ fn tell(name: &str, report: &AgentReport, global: &Global) -> anyhow::Result<()>
             connections: report.connections,
         });
     }
-    output::line(format!("{name}: {end}; {} frames captured, {} delivered", report.captured, report.delivered))?;
+    output::line(format!(
+        "{name}: {end}; {} frames captured, {} delivered",
+        report.captured, report.delivered
+    ))?;
     if report.dropped > 0 {
-        output::warn(&format!("{} frames were dropped while no server took them", report.dropped));
+        output::warn(&format!(
+            "{} frames were dropped while no server took them",
+            report.dropped
+        ));
     }
     if report.unacknowledged > 0 {
-        let why = report.trouble.as_deref().map_or_else(String::new, |trouble| format!(": {trouble}"));
-        output::warn(&format!("{} frames were never acknowledged by the server{why}", report.unacknowledged));
+        let why = report
+            .trouble
+            .as_deref()
+            .map_or_else(String::new, |trouble| format!(": {trouble}"));
+        output::warn(&format!(
+            "{} frames were never acknowledged by the server{why}",
+            report.unacknowledged
+        ));
     }
     Ok(())
 }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use anyhow::bail;
 use clap::Args;
 use posefuse_agent::{
-    Clock, Description, Parts, SensorSource, SourceBody, SourceError, SourceFrame, source::SensorClock,
+    Clock, Description, Parts, SensorSource, SourceBody, SourceError, SourceFrame,
+    source::SensorClock,
 };
 use posefuse_fusion::Input;
 use posefuse_skeleton::{AgentTime, Body, Joint, JointSet, Observation, RawJoint, SensorId};
@@ -32,7 +33,10 @@ pub(crate) struct TakeArgs {
 }
 
 fn speed(text: &str) -> Result<f64, String> {
-    let speed = text.parse::<f64>().ok().filter(|speed| (0.01..=1000.0).contains(speed));
+    let speed = text
+        .parse::<f64>()
+        .ok()
+        .filter(|speed| (0.01..=1000.0).contains(speed));
     speed.ok_or_else(|| "expected a factor between 0.01 and 1000".to_owned())
 }
 
@@ -41,7 +45,12 @@ impl TakeArgs {
     pub(super) fn open(&self, parts: &Parts) -> anyhow::Result<Box<dyn SensorSource>> {
         let take = self.takes.find(&self.take)?;
         let recorded = read(&take, &self.sensor)?;
-        Ok(Box::new(TakeSource::new(recorded, self.speed, self.repeat, parts.clock.as_ref())))
+        Ok(Box::new(TakeSource::new(
+            recorded,
+            self.speed,
+            self.repeat,
+            parts.clock.as_ref(),
+        )))
     }
 }
 
@@ -65,7 +74,10 @@ fn read(take: &Located, sensor: &str) -> anyhow::Result<RecordedSensor> {
                 names.push(info.name);
             }
             Input::Observation(observation) => {
-                if found.as_ref().is_some_and(|(id, _)| *id == observation.sensor) {
+                if found
+                    .as_ref()
+                    .is_some_and(|(id, _)| *id == observation.sensor)
+                {
                     frames.push(observation);
                 }
             }
@@ -75,7 +87,11 @@ fn read(take: &Located, sensor: &str) -> anyhow::Result<RecordedSensor> {
     names.sort();
     names.dedup();
     let Some((_, model)) = found else {
-        bail!("take `{}` has no sensor `{sensor}`; its sensors are {}", take.name, names.join(", "));
+        bail!(
+            "take `{}` has no sensor `{sensor}`; its sensors are {}",
+            take.name,
+            names.join(", ")
+        );
     };
     if frames.is_empty() {
         bail!("take `{}` has no frame of sensor `{sensor}`", take.name);
@@ -105,7 +121,10 @@ impl TakeSource {
         let first = recorded.frames.first().map_or(0, received);
         let last = recorded.frames.last().map_or(first, received);
         let pause = (last - first) / (recorded.frames.len() as i64 - 1).max(1);
-        let delays = recorded.frames.iter().map(|o| o.received.ns().saturating_sub(o.captured.ns()));
+        let delays = recorded
+            .frames
+            .iter()
+            .map(|o| o.received.ns().saturating_sub(o.captured.ns()));
         Self {
             server_minus_sensor_ns: delays.min().unwrap_or(0),
             start_ns: clock.monotonic_ns(),
@@ -123,12 +142,17 @@ impl TakeSource {
 impl SensorSource for TakeSource {
     fn description(&self) -> Description {
         // A take holds canonical joints, whatever the sensor's own set was.
-        Description { model: self.recorded.model.clone(), joint_set: JointSet::KinectV2 }
+        Description {
+            model: self.recorded.model.clone(),
+            joint_set: JointSet::KinectV2,
+        }
     }
 
     fn clock(&self) -> SensorClock {
         let (start, speed) = (self.start_ns, self.speed);
-        let sensor_start = self.first_received_ns.saturating_sub(self.server_minus_sensor_ns);
+        let sensor_start = self
+            .first_received_ns
+            .saturating_sub(self.server_minus_sensor_ns);
         Arc::new(move |monotonic_ns: i64| {
             let since = (monotonic_ns.saturating_sub(start) as f64 * speed).round() as i64;
             AgentTime::from_ns(sensor_start.saturating_add(since))
@@ -148,7 +172,10 @@ impl SensorSource for TakeSource {
         let since_first = frame.received.ns() - self.first_received_ns + gone_round;
         Ok(Some(SourceFrame {
             captured: frame.captured.plus_ns(gone_round),
-            due_ns: Some(self.start_ns.saturating_add((since_first as f64 / self.speed).round() as i64)),
+            due_ns: Some(
+                self.start_ns
+                    .saturating_add((since_first as f64 / self.speed).round() as i64),
+            ),
             bodies: frame.bodies.iter().map(source_body).collect(),
         }))
     }
@@ -157,7 +184,10 @@ impl SensorSource for TakeSource {
 fn source_body(body: &Body) -> SourceBody {
     let joint = |joint: Joint| {
         let state = body.skeleton[joint].as_ref()?;
-        Some(RawJoint { position: state.position, confidence: state.confidence })
+        Some(RawJoint {
+            position: state.position,
+            confidence: state.confidence,
+        })
     };
     let orientation = |joint: Joint| {
         let rotation = body.orientations.as_ref()?[joint].as_ref()?;
@@ -167,7 +197,10 @@ fn source_body(body: &Body) -> SourceBody {
         tracking_id: body.tracking_id,
         joints: Joint::ALL.into_iter().map(joint).collect(),
         orientations: match body.orientations {
-            Some(_) => Joint::ALL.into_iter().map(|j| orientation(j).unwrap_or([0.0; 4])).collect(),
+            Some(_) => Joint::ALL
+                .into_iter()
+                .map(|j| orientation(j).unwrap_or([0.0; 4]))
+                .collect(),
             None => Vec::new(),
         },
     }
@@ -196,28 +229,42 @@ mod tests {
             sequence,
             captured: AgentTime::from_ns(1_000 + sequence as i64 * 100),
             // The second one was 30 ns slower on its way.
-            received: Timestamp::from_ns(9_000 + sequence as i64 * 100 + [0, 30, 0][sequence as usize]),
+            received: Timestamp::from_ns(
+                9_000 + sequence as i64 * 100 + [0, 30, 0][sequence as usize],
+            ),
             bodies: Vec::new(),
         };
-        RecordedSensor { model: "x".into(), frames: (0..3).map(frame).collect() }
+        RecordedSensor {
+            model: "x".into(),
+            frames: (0..3).map(frame).collect(),
+        }
     }
 
     #[test]
     fn frames_come_as_they_came_and_the_clock_agrees_with_their_stamps() {
         let mut source = TakeSource::new(recorded(), 2.0, true, &Fixed(500));
         let clock = source.clock();
-        let frames: Vec<_> = (0..4).map(|_| source.next_frame().unwrap().unwrap()).collect();
+        let frames: Vec<_> = (0..4)
+            .map(|_| source.next_frame().unwrap().unwrap())
+            .collect();
         let due: Vec<i64> = frames.iter().map(|f| f.due_ns.unwrap()).collect();
         assert_eq!(due, [500, 565, 600, 650]);
         // Stamps agree with the clock that answers probes, but for what the frame was late.
         assert_eq!(clock(due[0]), frames[0].captured);
         assert_eq!(clock(due[1]).since_ns(frames[1].captured), 30);
-        assert_eq!(clock(due[3]), frames[3].captured, "the second round goes on where the first ended");
+        assert_eq!(
+            clock(due[3]),
+            frames[3].captured,
+            "the second round goes on where the first ended"
+        );
     }
 
     #[test]
     fn it_ends_unless_told_to_repeat() {
         let mut source = TakeSource::new(recorded(), 1.0, false, &Fixed(0));
-        assert_eq!(std::iter::from_fn(|| source.next_frame().unwrap()).count(), 3);
+        assert_eq!(
+            std::iter::from_fn(|| source.next_frame().unwrap()).count(),
+            3
+        );
     }
 }

@@ -24,7 +24,10 @@ pub(super) fn run(
     let working = progress::spinner("reading");
     let walk = walk_of(&reader)?;
     working.set_message("solving");
-    let options = Options { created: now_rfc3339(), ..Options::default() };
+    let options = Options {
+        created: now_rfc3339(),
+        ..Options::default()
+    };
     let solution = solve(&walk, &options);
     working.finish_and_clear();
     let solution = solution.with_context(|| format!("the walk in take `{}`", located.name))?;

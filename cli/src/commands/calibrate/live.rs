@@ -55,7 +55,9 @@ pub(crate) async fn follow(
     stop: &CancellationToken,
 ) -> anyhow::Result<Option<CalibrateResult>> {
     let events = client.calibrate(request).await;
-    let mut events = events.map_err(|status| room::refused(&status))?.into_inner();
+    let mut events = events
+        .map_err(|status| room::refused(&status))?
+        .into_inner();
     let mut bars = Bars::new();
     let result = loop {
         let event = tokio::select! {
@@ -64,7 +66,9 @@ pub(crate) async fn follow(
         };
         match event {
             Err(status) => break Err(room::refused(&status)),
-            Ok(None) => bail!("the server ended the calibration without a result; its log says why"),
+            Ok(None) => {
+                bail!("the server ended the calibration without a result; its log says why")
+            }
             Ok(Some(event)) => match event.event {
                 Some(Event::Progress(progress)) => bars.show(&progress),
                 Some(Event::Result(result)) => break Ok(Some(result)),
@@ -85,19 +89,25 @@ struct Bars {
 impl Bars {
     fn new() -> Self {
         let time = progress::bar(100, "calibrating");
-        Self { time, sensors: BTreeMap::new() }
+        Self {
+            time,
+            sensors: BTreeMap::new(),
+        }
     }
 
     fn show(&mut self, walk: &CalibrateProgress) {
         let share = walk.elapsed_seconds / walk.total_seconds.max(1e-3);
-        self.time.set_position((share * 100.0).clamp(0.0, 100.0) as u64);
+        self.time
+            .set_position((share * 100.0).clamp(0.0, 100.0) as u64);
         let left = walk.total_seconds - walk.elapsed_seconds;
         self.time.set_message(if left > 0.05 {
             format!("{left:.0} s left")
         } else {
             "solving".to_owned()
         });
-        for sensor in &walk.sensors {
+        let mut sensors: Vec<_> = walk.sensors.iter().collect();
+        sensors.sort_by(|a, b| a.sensor.cmp(&b.sensor));
+        for sensor in sensors {
             let line = self
                 .sensors
                 .entry(sensor.sensor.clone())
@@ -107,7 +117,9 @@ impl Bars {
     }
 
     fn clear(&self) {
-        self.sensors.values().for_each(ProgressBar::finish_and_clear);
+        self.sensors
+            .values()
+            .for_each(ProgressBar::finish_and_clear);
         self.time.finish_and_clear();
     }
 }
@@ -122,5 +134,8 @@ fn sensor_line(sensor: &SensorProgress) -> String {
         || "alone so far: walk where another sensor sees you too".to_owned(),
         |(other, frames)| format!("{frames} together with {other}"),
     );
-    format!("{:>5} frames, {:>3} places on the floor, {with}", sensor.frames, sensor.cells)
+    format!(
+        "{:>5} frames, {:>3} places on the floor, {with}",
+        sensor.frames, sensor.cells
+    )
 }

@@ -37,6 +37,11 @@ pub(crate) struct CalibrateArgs {
 pub(crate) fn run(args: &CalibrateArgs, global: &Global) -> anyhow::Result<Outcome> {
     match &args.from {
         Some(take) => from_take::run(take, args.out.as_deref(), &args.takes, global),
-        None => super::block_on(live::run(&args.server.server, args.seconds, args.dry_run, global)),
+        None => super::block_on(live::run(
+            &args.server.server,
+            args.seconds,
+            args.dry_run,
+            global,
+        )),
     }
 }

@@ -36,17 +36,36 @@ pub(crate) fn summary(view: &CalibrationView) -> anyhow::Result<()> {
         _ => Style::Bad,
     };
     let verdict = paint(style, view.verdict);
-    let worst = view.sensors.iter().map(|s| s.residual_median_mm).fold(f64::NAN, f64::max);
+    let worst = view
+        .sensors
+        .iter()
+        .map(|s| s.residual_median_mm)
+        .fold(f64::NAN, f64::max);
     line(if worst.is_finite() {
-        format!("calibration {verdict}: {} sensors agree to {worst:.0} mm (median)", view.sensors.len())
+        format!(
+            "calibration {verdict}: {} sensors agree to {worst:.0} mm (median)",
+            view.sensors.len()
+        )
     } else {
         format!("calibration {verdict}")
     })?;
-    Ok(view.reasons.iter().try_for_each(|reason| line(format!("  - {reason}")))?)
+    Ok(view
+        .reasons
+        .iter()
+        .try_for_each(|reason| line(format!("  - {reason}")))?)
 }
 
 fn sensors(view: &CalibrationView) -> Vec<Vec<String>> {
-    let head = ["sensor", "x m", "y m", "z m", "offset ms", "median mm", "p95 mm", "samples"];
+    let head = [
+        "sensor",
+        "x m",
+        "y m",
+        "z m",
+        "offset ms",
+        "median mm",
+        "p95 mm",
+        "samples",
+    ];
     let row = |s: &crate::views::SensorPoseView| {
         let [x, y, z] = s.position_m;
         vec![

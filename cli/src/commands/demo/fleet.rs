@@ -12,6 +12,7 @@ use tempfile::TempDir;
 use super::DemoArgs;
 use crate::children::Child;
 use crate::commands::server::Listening;
+use crate::failure::in_words;
 use crate::output::{note, warn};
 use crate::room::ServerUrl;
 
@@ -55,7 +56,8 @@ impl Fleet {
             .context("cannot make a temporary folder")?;
         let takes = std::path::absolute(args.takes.path()).context("the takes folder")?;
         let text = |path: PathBuf| path.display().to_string();
-        let epoch_ns = i64::try_from(jiff::Timestamp::now().as_nanosecond()).context("this machine's date")?;
+        let epoch_ns =
+            i64::try_from(jiff::Timestamp::now().as_nanosecond()).context("this machine's date")?;
         let server_arguments = [
             "server".to_owned(),
             "--listen".to_owned(),
@@ -72,7 +74,9 @@ impl Fleet {
             agents: Vec::new(),
             lost: Vec::new(),
             server_arguments: server_arguments.into(),
-            agent_arguments: (0..args.sensors).map(|index| agent_arguments(args, index, epoch_ns)).collect(),
+            agent_arguments: (0..args.sensors)
+                .map(|index| agent_arguments(args, index, epoch_ns))
+                .collect(),
             wanted_port: args.listen.port(),
             verbose,
             _scratch: scratch,
@@ -81,15 +85,25 @@ impl Fleet {
 
     /// Starts the server and waits until it listens.
     pub(super) async fn start_server(&mut self) -> anyhow::Result<Server> {
-        let server = self.server.insert(Child::start("server", &self.server_arguments, self.verbose)?);
+        let server = self.server.insert(Child::start(
+            "server",
+            &self.server_arguments,
+            self.verbose,
+        )?);
         let line = server.next_line(START_WITHIN).await?;
         let listening: Listening = serde_json::from_str(&line).context("the server's greeting")?;
         let url: ServerUrl = listening.url.parse().map_err(anyhow::Error::msg)?;
         let port = url.host_and_port().1;
         if self.wanted_port != 0 && port != self.wanted_port {
-            note(format!("port {} is in use by another program; port {port} is used instead", self.wanted_port));
+            note(format!(
+                "port {} is in use by another program; port {port} is used instead",
+                self.wanted_port
+            ));
         }
-        Ok(Server { url, takes: listening.takes })
+        Ok(Server {
+            url,
+            takes: listening.takes,
+        })
     }
 
     /// Starts the agents; they connect by themselves.
@@ -97,7 +111,8 @@ impl Fleet {
         for (index, arguments) in (0..).zip(&self.agent_arguments) {
             let mut arguments = arguments.clone();
             arguments.extend(["--server".to_owned(), server.to_string()]);
-            self.agents.push(Child::start(&agent_name(index), &arguments, self.verbose)?);
+            self.agents
+                .push(Child::start(&agent_name(index), &arguments, self.verbose)?);
         }
         Ok(())
     }
@@ -105,10 +120,21 @@ impl Fleet {
     /// Waits until a process ends that should not, and says which and why. Cancel-safe.
     pub(super) async fn any_ended(&mut self) -> Ended {
         let server = self.server.iter_mut().map(|child| (None, child));
-        let agents = self.agents.iter_mut().enumerate().map(|(index, child)| (Some(index), child));
+        let agents = self
+            .agents
+            .iter_mut()
+            .enumerate()
+            .map(|(index, child)| (Some(index), child));
         let mut ends: Vec<_> = server
             .chain(agents)
-            .map(|(agent, child)| Box::pin(async move { Ended { agent, error: child.ended().await } }))
+            .map(|(agent, child)| {
+                Box::pin(async move {
+                    Ended {
+                        agent,
+                        error: child.ended().await,
+                    }
+                })
+            })
             .collect();
         poll_fn(|context| {
             let mut polls = ends.iter_mut().map(|end| end.as_mut().poll(context));
@@ -122,7 +148,7 @@ impl Fleet {
         let Some(index) = ended.agent.filter(|_| self.agents.len() > 1) else {
             return Err(ended.error);
         };
-        warn(&format!("{:#}; the others go on", ended.error));
+        warn(&format!("{}; the others go on", in_words(&ended.error)));
         self.lost.push(self.agents.remove(index).name().to_owned());
         Ok(())
     }
@@ -164,8 +190,13 @@ fn agent_arguments(args: &DemoArgs, index: u32, epoch_ns: i64) -> Vec<String> {
         ("--epoch-ns", epoch_ns.to_string()),
         ("--drain", "1".to_owned()),
     ];
-    let options = options.into_iter().flat_map(|(option, value)| [option.to_owned(), value]);
-    ["agent".to_owned(), "sim".to_owned()].into_iter().chain(options).collect()
+    let options = options
+        .into_iter()
+        .flat_map(|(option, value)| [option.to_owned(), value]);
+    ["agent".to_owned(), "sim".to_owned()]
+        .into_iter()
+        .chain(options)
+        .collect()
 }
 
 fn agent_name(index: u32) -> String {

@@ -17,7 +17,11 @@ const REFRESH: Duration = Duration::from_millis(500);
 const REFRESH_PLAIN: Duration = Duration::from_secs(10);
 
 /// Comes back when `wanted` sensors are live.
-pub(super) async fn until_all_live(room: &mut Room, wanted: usize, limit: Duration) -> anyhow::Result<()> {
+pub(super) async fn until_all_live(
+    room: &mut Room,
+    wanted: usize,
+    limit: Duration,
+) -> anyhow::Result<()> {
     let waiting = progress::spinner("starting");
     let deadline = Instant::now() + limit;
     loop {
@@ -84,17 +88,26 @@ pub(super) async fn show(
 
 async fn status(room: &mut Room) -> anyhow::Result<RoomStatus> {
     let status = room.get_status(GetStatusRequest {}).await;
-    Ok(status.map_err(|status| room::refused(&status))?.into_inner())
+    Ok(status
+        .map_err(|status| room::refused(&status))?
+        .into_inner())
 }
 
 fn count_live(status: &RoomStatus) -> usize {
-    status.sensors.iter().filter(|sensor| sensor.state() == SensorState::Live).count()
+    status
+        .sensors
+        .iter()
+        .filter(|sensor| sensor.state() == SensorState::Live)
+        .count()
 }
 
 fn summary(status: &RoomStatus, running: Duration) -> String {
-    let take = status.recording.as_ref().map_or_else(String::new, |take| format!(", {}", bytes(take.size_bytes)));
+    let take = status
+        .recording
+        .as_ref()
+        .map_or_else(String::new, |take| format!(", {}", bytes(take.size_bytes)));
     format!(
-        "{}  {}  {:.0} fps  latency {:.0} ms (p99 {:.0})  {}/{} sensors{take}",
+        "{}  {}  {:.0} fps  latency {:.1} ms (p99 {:.1})  {}/{} sensors{take}",
         duration(running.as_secs_f64()),
         people(status.people),
         status.frames_per_second,

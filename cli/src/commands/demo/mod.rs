@@ -124,7 +124,10 @@ impl Show {
             ready = live::until_all_live(&mut room, args.sensors as usize, LIVE_WITHIN) => ready?,
             ended = fleet.any_ended() => return Err(ended.error),
         }
-        note(format!("{} sensors are live, each an agent process of its own", args.sensors));
+        note(format!(
+            "{} sensors are live, each an agent process of its own",
+            args.sensors
+        ));
         if !args.no_browser && !browser::open(&self.url) {
             note("no browser could be opened here; open the address above yourself");
         }
@@ -138,10 +141,19 @@ impl Show {
             return Ok(());
         }
         let take = room.start_take(take_request(args)).await;
-        let name = take.map_err(|status| room::refused(&status))?.into_inner().name;
+        let name = take
+            .map_err(|status| room::refused(&status))?
+            .into_inner()
+            .name;
         self.recording = true;
         note(format!("recording `{name}`; Ctrl-C ends the demo"));
-        live::show(&mut room, args.seconds.map(Duration::from_secs_f64), fleet, stop).await
+        live::show(
+            &mut room,
+            args.seconds.map(Duration::from_secs_f64),
+            fleet,
+            stop,
+        )
+        .await
     }
 
     /// Says where to look, so that nobody can miss it.
@@ -164,7 +176,13 @@ impl Show {
         stop: &CancellationToken,
     ) -> anyhow::Result<()> {
         for seconds in [args.walk, 2.0 * args.walk] {
-            let request = CalibrateRequest { seconds, dry_run: false };
+            note(format!(
+                "calibrating from the simulated walk, {seconds:.0} s"
+            ));
+            let request = CalibrateRequest {
+                seconds,
+                dry_run: false,
+            };
             let Some(result) = calibrate::live::follow(room, request, stop).await? else {
                 return Ok(());
             };
@@ -177,10 +195,14 @@ impl Show {
             if !failed {
                 return Ok(());
             }
-            note("calibrating once more, for longer");
         }
-        let reasons = self.calibration.as_ref().map_or_else(String::new, |c| c.reasons.join("; "));
-        bail!("the simulated sensors could not be calibrated: {reasons}; try --walk 60 or another --seed")
+        let reasons = self
+            .calibration
+            .as_ref()
+            .map_or_else(String::new, |c| c.reasons.join("; "));
+        bail!(
+            "the simulated sensors could not be calibrated: {reasons}; try --walk 60 or another --seed"
+        )
     }
 
     /// Ends the take, if one was begun.
@@ -188,7 +210,9 @@ impl Show {
         if !self.recording {
             return Ok(());
         }
-        let Some(room) = &mut self.room else { return Ok(()) };
+        let Some(room) = &mut self.room else {
+            return Ok(());
+        };
         let take = room.stop_take(StopTakeRequest {}).await;
         self.take = Some(take.map_err(|status| room::refused(&status))?.into_inner());
         Ok(())
@@ -202,7 +226,10 @@ impl Show {
         };
         let file = self.folder.join(format!("{}.mcap", take.name));
         if global.json {
-            let view = TakeView { path: Some(file.display().to_string()), ..TakeView::from(take) };
+            let view = TakeView {
+                path: Some(file.display().to_string()),
+                ..TakeView::from(take)
+            };
             output::json_pretty(&DemoView {
                 url: self.url,
                 calibration: self.calibration,
@@ -224,14 +251,24 @@ fn take_request(args: &DemoArgs) -> StartTakeRequest {
     StartTakeRequest {
         name: String::new(),
         slate: "demo".to_owned(),
-        notes: format!("{} simulated sensors, {}, seed {}", args.sensors, output::people(args.people), args.seed),
+        notes: format!(
+            "{} simulated sensors, {}, seed {}",
+            args.sensors,
+            output::people(args.people),
+            args.seed
+        ),
     }
 }
 
 /// How to look at the take again.
 fn again(args: &DemoArgs, take: &str) -> anyhow::Result<()> {
-    let folder = args.takes.named().map_or_else(String::new, |dir| format!(" --takes {}", dir.display()));
-    line(format!("\nsee it again   posefuse server{folder}   and pick it from the takes on the dashboard"))?;
+    let folder = args
+        .takes
+        .named()
+        .map_or_else(String::new, |dir| format!(" --takes {}", dir.display()));
+    line(format!(
+        "\nsee it again   posefuse server{folder}   and pick it from the takes on the dashboard"
+    ))?;
     line(format!("what is in it  posefuse takes show {take}{folder}"))?;
     line(format!("fuse it again  posefuse refuse {take}{folder}"))?;
     line("in Foxglove    open the .mcap file: the people and the sensors move in its 3D panel")?;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use posefuse_server::Config;
 
 use super::Finding;
+use crate::failure::in_words;
 use crate::output::bytes;
 use crate::paths::{self, shown};
 use crate::takes_folder::TakesFolder;
@@ -18,7 +19,10 @@ pub(super) fn examine(config: Option<&Path>, takes: &TakesFolder) -> Vec<Finding
     let config_file = config.map_or_else(paths::default_config, Path::to_owned);
     let (config_finding, config) = configuration(&config_file, config.is_some());
     let configured = |pick: fn(Config) -> PathBuf| config.clone().map(pick);
-    let folder = takes.named().map(Path::to_owned).or_else(|| configured(|c| c.takes.folder));
+    let folder = takes
+        .named()
+        .map(Path::to_owned)
+        .or_else(|| configured(|c| c.takes.folder));
     let folder = folder.unwrap_or_else(paths::default_takes);
     let calibration = configured(|c| c.calibration.file).unwrap_or_else(paths::default_calibration);
     vec![
@@ -32,14 +36,20 @@ pub(super) fn examine(config: Option<&Path>, takes: &TakesFolder) -> Vec<Finding
 fn configuration(file: &Path, named: bool) -> (Finding, Option<Config>) {
     let what = "configuration";
     if !file.exists() && !named {
-        let found = format!("no file, so the defaults hold ({} would be read)", shown(file));
+        let found = format!(
+            "no file, so the defaults hold ({} would be read)",
+            shown(file)
+        );
         return (Finding::good(what, found), None);
     }
     match crate::commands::server::read_config(file) {
         Ok(config) => (Finding::good(what, shown(file)), Some(config)),
         Err(error) => {
-            let remedy = format!("mend {}; `posefuse server --print-config` shows every key", shown(file));
-            (Finding::bad(what, format!("{error:#}"), remedy), None)
+            let remedy = format!(
+                "mend {}; `posefuse server --print-config` shows every key",
+                shown(file)
+            );
+            (Finding::bad(what, in_words(&error), remedy), None)
         }
     }
 }
@@ -49,9 +59,15 @@ fn takes_folder(folder: &Path) -> Finding {
     let not_there = !folder.exists();
     // What is not there is made by the server, so it is its nearest parent that must be writable.
     let Some(place) = folder.ancestors().find(|path| path.exists()) else {
-        return Finding::bad(what, format!("{} cannot be made", shown(folder)), "name another with --takes DIR");
+        return Finding::bad(
+            what,
+            format!("{} cannot be made", shown(folder)),
+            "name another with --takes DIR",
+        );
     };
-    let probe = tempfile::Builder::new().prefix(".posefuse-doctor-").tempfile_in(place);
+    let probe = tempfile::Builder::new()
+        .prefix(".posefuse-doctor-")
+        .tempfile_in(place);
     let written = probe.and_then(|mut file| file.write_all(b"probe"));
     let made = if not_there { " (made when needed)" } else { "" };
     match written {
@@ -59,14 +75,20 @@ fn takes_folder(folder: &Path) -> Finding {
         Err(error) => Finding::bad(
             what,
             format!("{} is not writable: {error}", shown(place)),
-            format!("sudo chown -R $USER {}, or name another with --takes DIR", place.display()),
+            format!(
+                "sudo chown -R $USER {}, or name another with --takes DIR",
+                place.display()
+            ),
         ),
     }
 }
 
 fn free_space(folder: &Path) -> Finding {
     let what = "free space";
-    let place = folder.ancestors().find(|path| path.exists()).map_or_else(|| PathBuf::from("/"), Path::to_owned);
+    let place = folder
+        .ancestors()
+        .find(|path| path.exists())
+        .map_or_else(|| PathBuf::from("/"), Path::to_owned);
     let Ok(stat) = rustix::fs::statvfs(&place) else {
         return Finding::unknown(what, "not told on this file system");
     };
@@ -95,8 +117,15 @@ fn calibration_file(file: &Path) -> Finding {
     match posefuse_calibration::from_toml(&text) {
         Ok(calibration) => {
             let names: Vec<&str> = calibration.sensors.keys().map(String::as_str).collect();
-            let made = if calibration.created.is_empty() { "at an unknown time" } else { &calibration.created };
-            Finding::good(what, format!("{} of {made}, for {}", shown(file), names.join(", ")))
+            let made = if calibration.created.is_empty() {
+                "at an unknown time"
+            } else {
+                &calibration.created
+            };
+            Finding::good(
+                what,
+                format!("{} of {made}, for {}", shown(file), names.join(", ")),
+            )
         }
         Err(error) => {
             let remedy = format!("mend or delete {}, then `posefuse calibrate`", shown(file));

@@ -62,7 +62,11 @@ impl Finding {
         Self::new(Grade::Unknown, what, found, "")
     }
 
-    fn doubtful(what: impl Into<String>, found: impl Into<String>, remedy: impl Into<String>) -> Self {
+    fn doubtful(
+        what: impl Into<String>,
+        found: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
         Self::new(Grade::Doubtful, what, found, remedy)
     }
 
@@ -76,7 +80,12 @@ impl Finding {
         found: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Self {
-        Self { what: what.into(), grade, found: found.into(), remedy: remedy.into() }
+        Self {
+            what: what.into(),
+            grade,
+            found: found.into(),
+            remedy: remedy.into(),
+        }
     }
 }
 
@@ -92,19 +101,37 @@ pub(crate) async fn run(args: &DoctorArgs, global: &Global) -> anyhow::Result<Ou
     let mut findings = machine::examine();
     findings.extend(files::examine(args.config.as_deref(), &args.takes));
     findings.extend(room::examine(&args.server.server).await);
-    let worst = findings.iter().map(|finding| finding.grade).max().unwrap_or(Grade::Good);
+    let worst = findings
+        .iter()
+        .map(|finding| finding.grade)
+        .max()
+        .unwrap_or(Grade::Good);
     if global.json {
-        output::json_pretty(&DoctorView { version: env!("CARGO_PKG_VERSION"), worst, findings: &findings })?;
+        output::json_pretty(&DoctorView {
+            version: env!("CARGO_PKG_VERSION"),
+            worst,
+            findings: &findings,
+        })?;
     } else {
         print(&findings)?;
     }
-    Ok(if worst == Grade::Bad { Outcome::Failed } else { Outcome::Done })
+    Ok(if worst == Grade::Bad {
+        Outcome::Failed
+    } else {
+        Outcome::Done
+    })
 }
 
 fn print(findings: &[Finding]) -> anyhow::Result<()> {
     let rows: Vec<Vec<String>> = findings
         .iter()
-        .map(|finding| vec![mark(finding.grade), finding.what.clone(), finding.found.clone()])
+        .map(|finding| {
+            vec![
+                mark(finding.grade),
+                finding.what.clone(),
+                finding.found.clone(),
+            ]
+        })
         .collect();
     for (row, finding) in output::table(&rows).iter().zip(findings) {
         line(row)?;
@@ -112,7 +139,12 @@ fn print(findings: &[Finding]) -> anyhow::Result<()> {
             line(format!("          {}", paint(Style::Bold, &finding.remedy)))?;
         }
     }
-    let count = |grade| findings.iter().filter(|finding| finding.grade == grade).count();
+    let count = |grade| {
+        findings
+            .iter()
+            .filter(|finding| finding.grade == grade)
+            .count()
+    };
     let (bad, doubtful) = (count(Grade::Bad), count(Grade::Doubtful));
     line(match (bad, doubtful) {
         (0, 0) => "\nnothing is wrong".to_owned(),

@@ -7,6 +7,7 @@ use posefuse_proto::v1::{RoomStatus, SensorState, SensorStatus};
 use tokio::net::{TcpListener, TcpStream};
 
 use super::Finding;
+use crate::failure::in_words;
 use crate::room::{self, ServerUrl};
 
 /// Latency from capture to server, and error of a clock mapping, from which on fusing suffers.
@@ -30,24 +31,45 @@ pub(super) async fn examine(url: &ServerUrl) -> Vec<Finding> {
         Err(error) => error,
     };
     let (host, port) = url.host_and_port();
-    let addresses: Vec<_> = (host.as_str(), port).to_socket_addrs().map(Iterator::collect).unwrap_or_default();
+    let addresses: Vec<_> = (host.as_str(), port)
+        .to_socket_addrs()
+        .map(Iterator::collect)
+        .unwrap_or_default();
     let Some(address) = addresses.first() else {
-        return vec![Finding::bad(what, format!("`{host}` is no known host"), "check --server URL")];
+        return vec![Finding::bad(
+            what,
+            format!("`{host}` is no known host"),
+            "check --server URL",
+        )];
     };
     let taken = tokio::time::timeout(Duration::from_secs(2), TcpStream::connect(address)).await;
     if matches!(taken, Ok(Ok(_))) {
-        let remedy = format!("end the program that has port {port} (`ss -ltnp` names it), or use another: posefuse server --listen 127.0.0.1:{}", port.wrapping_add(1).max(1024));
-        return vec![Finding::bad(what, format!("{error:#}"), remedy)];
+        let remedy = format!(
+            "end the program that has port {port} (`ss -ltnp` names it), or use another: posefuse server --listen 127.0.0.1:{}",
+            port.wrapping_add(1).max(1024)
+        );
+        return vec![Finding::bad(what, in_words(&error), remedy)];
     }
     if !address.ip().is_loopback() {
         let remedy = "start it there with `posefuse server`, and see that no firewall is between";
-        return vec![Finding::bad(what, format!("no server answers at {url}"), remedy)];
+        return vec![Finding::bad(
+            what,
+            format!("no server answers at {url}"),
+            remedy,
+        )];
     }
     match TcpListener::bind(address).await {
-        Ok(_) => vec![Finding::unknown(what, format!("none runs at {url}; its port is free"))],
+        Ok(_) => vec![Finding::unknown(
+            what,
+            format!("none runs at {url}; its port is free"),
+        )],
         Err(error) => {
             let remedy = "choose another port: posefuse server --listen 127.0.0.1:PORT";
-            vec![Finding::bad(what, format!("port {port} cannot be listened on: {error}"), remedy)]
+            vec![Finding::bad(
+                what,
+                format!("port {port} cannot be listened on: {error}"),
+                remedy,
+            )]
         }
     }
 }
@@ -56,7 +78,11 @@ fn version(status: &RoomStatus) -> Option<Finding> {
     let ours = env!("CARGO_PKG_VERSION");
     (status.server_version != ours).then(|| {
         let found = format!("the server is {}, this is {ours}", status.server_version);
-        Finding::doubtful("versions", found, "install the same version on every computer of the room")
+        Finding::doubtful(
+            "versions",
+            found,
+            "install the same version on every computer of the room",
+        )
     })
 }
 
@@ -67,11 +93,24 @@ fn state(status: &RoomStatus) -> Vec<Finding> {
         findings.push(Finding::doubtful("sensors", "none has joined", remedy));
     }
     findings.extend(status.sensors.iter().map(sensor));
-    findings.extend(status.troubles.iter().map(|trouble| Finding::doubtful("room", trouble, "see what it says")));
+    findings.extend(
+        status
+            .troubles
+            .iter()
+            .map(|trouble| Finding::doubtful("room", trouble, "see what it says")),
+    );
     for sink in status.sinks.iter().filter(|sink| sink.dropped > 0) {
-        let found = format!("{} of {} were dropped", sink.dropped, sink.dropped + sink.delivered);
+        let found = format!(
+            "{} of {} were dropped",
+            sink.dropped,
+            sink.dropped + sink.delivered
+        );
         let remedy = "whoever takes them does not keep up: a slow disk, network or viewer";
-        findings.push(Finding::doubtful(format!("output {}", sink.name), found, remedy));
+        findings.push(Finding::doubtful(
+            format!("output {}", sink.name),
+            found,
+            remedy,
+        ));
     }
     findings
 }
@@ -80,7 +119,11 @@ fn sensor(sensor: &SensorStatus) -> Finding {
     let name = sensor.info.as_ref().map_or("?", |info| info.name.as_str());
     let what = format!("sensor {name}");
     if !sensor.trouble.is_empty() && sensor.state() != SensorState::Live {
-        return Finding::bad(what, &sensor.trouble, remedy_for_state(sensor.state(), name));
+        return Finding::bad(
+            what,
+            &sensor.trouble,
+            remedy_for_state(sensor.state(), name),
+        );
     }
     match sensor.state() {
         SensorState::Live => {}
@@ -96,16 +139,43 @@ fn sensor(sensor: &SensorStatus) -> Finding {
     let clock_error = sensor.clock_error_ms.unwrap_or(0.0);
     let residual = sensor.residual_mm.unwrap_or(0.0);
     let doubts = [
-        (!sensor.calibrated, "is not calibrated".to_owned(), "posefuse calibrate"),
-        (latency > LATENCY_DOUBTFUL_MS, format!("frames take {latency:.0} ms to the server"), "use a cable instead of Wi-Fi, or a faster computer beside the sensor"),
-        (clock_error > CLOCK_ERROR_DOUBTFUL_MS, format!("its clock is known to {clock_error:.0} ms only"), "use a cable instead of Wi-Fi: probes take too long"),
-        (lost > LOST_DOUBTFUL, format!("{:.1} % of its frames got lost", 100.0 * lost), "the agent's computer or network does not keep up"),
-        (residual > RESIDUAL_DOUBTFUL_MM, format!("its joints lie {residual:.0} mm off the others'"), "it may have been moved: posefuse calibrate"),
-        (!sensor.trouble.is_empty(), sensor.trouble.clone(), "see what it says"),
+        (
+            !sensor.calibrated,
+            "is not calibrated".to_owned(),
+            "posefuse calibrate",
+        ),
+        (
+            latency > LATENCY_DOUBTFUL_MS,
+            format!("frames take {latency:.0} ms to the server"),
+            "use a cable instead of Wi-Fi, or a faster computer beside the sensor",
+        ),
+        (
+            clock_error > CLOCK_ERROR_DOUBTFUL_MS,
+            format!("its clock is known to {clock_error:.0} ms only"),
+            "use a cable instead of Wi-Fi: probes take too long",
+        ),
+        (
+            lost > LOST_DOUBTFUL,
+            format!("{:.1} % of its frames got lost", 100.0 * lost),
+            "the agent's computer or network does not keep up",
+        ),
+        (
+            residual > RESIDUAL_DOUBTFUL_MM,
+            format!("its joints lie {residual:.0} mm off the others'"),
+            "it may have been moved: posefuse calibrate",
+        ),
+        (
+            !sensor.trouble.is_empty(),
+            sensor.trouble.clone(),
+            "see what it says",
+        ),
     ];
     let doubts: Vec<_> = doubts.into_iter().filter(|(holds, ..)| *holds).collect();
     if doubts.is_empty() {
-        return Finding::good(what, format!("live, {:.0} fps, {latency:.0} ms", sensor.frames_per_second));
+        return Finding::good(
+            what,
+            format!("live, {:.0} fps, {latency:.0} ms", sensor.frames_per_second),
+        );
     }
     let found: Vec<&str> = doubts.iter().map(|(_, found, _)| found.as_str()).collect();
     let remedies: Vec<&str> = doubts.iter().map(|(_, _, remedy)| *remedy).collect();
@@ -114,7 +184,9 @@ fn sensor(sensor: &SensorStatus) -> Finding {
 
 fn remedy_for_state(state: SensorState, name: &str) -> String {
     match state {
-        SensorState::Stalled => format!("see that the sensor of `{name}` is plugged in and not used by another program"),
+        SensorState::Stalled => {
+            format!("see that the sensor of `{name}` is plugged in and not used by another program")
+        }
         _ => format!("start it again: posefuse agent ... --name {name}"),
     }
 }

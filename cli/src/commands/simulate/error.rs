@@ -59,7 +59,9 @@ impl Errors {
 
     /// Compares a frame, and gives the truth of its instant for the take.
     pub(super) fn add(&mut self, frame: &RoomFrame) -> Truth {
-        let truth = self.world.truth(SimulatedRoom::scenario_seconds(frame.time));
+        let truth = self
+            .world
+            .truth(SimulatedRoom::scenario_seconds(frame.time));
         let comparison = compare(frame, &truth);
         self.people += truth.len() as u64;
         self.missed += comparison.missed.len() as u64;
@@ -77,9 +79,13 @@ impl Errors {
         }
         let person = |person: &posefuse_simulator::TruePerson| TruePerson {
             id: person.id,
-            joints: Joint::ALL.map(|joint| person.joints[joint].unwrap_or(Position::new(0.0, 0.0, 0.0))),
+            joints: Joint::ALL
+                .map(|joint| person.joints[joint].unwrap_or(Position::new(0.0, 0.0, 0.0))),
         };
-        Truth { time: frame.time, people: truth.iter().map(person).collect() }
+        Truth {
+            time: frame.time,
+            people: truth.iter().map(person).collect(),
+        }
     }
 
     /// What has been gathered.
@@ -87,10 +93,15 @@ impl Errors {
         self.joints_m.sort_by(f32::total_cmp);
         let at = |share: f64| {
             let index = (self.joints_m.len().saturating_sub(1) as f64 * share).round() as usize;
-            self.joints_m.get(index).map_or(f64::NAN, |error| f64::from(*error) * 1e3)
+            self.joints_m
+                .get(index)
+                .map_or(f64::NAN, |error| f64::from(*error) * 1e3)
         };
         let mean = |sum: f64, count: u64| sum * 1e3 / count as f64;
-        let (sum, count) = self.by_joint.values().fold((0.0, 0), |(s, c), (sum, count)| (s + sum, c + count));
+        let (sum, count) = self
+            .by_joint
+            .values()
+            .fold((0.0, 0), |(s, c), (sum, count)| (s + sum, c + count));
         let share = |part: u64, whole: u64| part as f64 / whole.max(1) as f64;
         ErrorView {
             mpjpe_mm: mean(sum, count),
@@ -99,7 +110,11 @@ impl Errors {
             missed_share: share(self.missed, self.people),
             extra_share: share(self.extra, self.tracks),
             identity_changes: self.identity_changes,
-            by_joint_mm: self.by_joint.iter().map(|(joint, (sum, count))| (*joint, mean(*sum, *count))).collect(),
+            by_joint_mm: self
+                .by_joint
+                .iter()
+                .map(|(joint, (sum, count))| (*joint, mean(*sum, *count)))
+                .collect(),
         }
     }
 }

@@ -11,6 +11,7 @@ use std::time::Instant;
 use clap::Args;
 use posefuse_fusion::Config;
 use posefuse_session::Catalogue;
+use posefuse_simulator::load::load;
 use posefuse_simulator::{Scenario, World};
 use serde::Serialize;
 
@@ -110,7 +111,10 @@ pub(crate) fn run(args: &SimulateArgs, global: &Global) -> anyhow::Result<Outcom
 
     let path = args.takes.path().join(format!("{}.mcap", take.name));
     let view = SimulateView {
-        take: TakeView { path: Some(path.display().to_string()), ..TakeView::from(&take) },
+        take: TakeView {
+            path: Some(path.display().to_string()),
+            ..TakeView::from(&take)
+        },
         calibration: verdict,
         error: errors.view(),
         seconds: args.seconds,
@@ -121,7 +125,11 @@ pub(crate) fn run(args: &SimulateArgs, global: &Global) -> anyhow::Result<Outcom
     } else {
         tell(&view)?;
     }
-    Ok(if take.dropped > 0 || !take.trouble.is_empty() { Outcome::DoneWithLoss } else { Outcome::Done })
+    Ok(if take.dropped > 0 || !take.trouble.is_empty() {
+        Outcome::DoneWithLoss
+    } else {
+        Outcome::Done
+    })
 }
 
 fn scenario(args: &SimulateArgs) -> anyhow::Result<Scenario> {
@@ -141,7 +149,11 @@ fn world(scenario: &Scenario, motion: &[PathBuf]) -> anyhow::Result<World> {
     if motion.is_empty() {
         return World::new(scenario).map_err(usage);
     }
-    anyhow::bail!("not yet")
+    let clips = motion.iter().map(|file| load(file).map(Arc::new));
+    let clips = clips
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|error| usage(error))?;
+    World::with_clips(scenario, clips).map_err(usage)
 }
 
 fn tell(view: &SimulateView) -> anyhow::Result<()> {

@@ -43,17 +43,29 @@ impl Recorder {
             build: BUILD.to_owned(),
         };
         let preamble = [Input::Calibration(Arc::new(calibration))];
-        let options = TakeOptions { flush_every_ns: FLUSH_EVERY_NS, ..TakeOptions::default() };
+        let options = TakeOptions {
+            flush_every_ns: FLUSH_EVERY_NS,
+            ..TakeOptions::default()
+        };
         let writer = TakeWriter::create_with(&storage, header, &preamble, None, options)?;
         let mut engine = Engine::new(config);
         for input in preamble {
             engine.handle(input);
         }
-        Ok(Self { engine, writer, wake: None })
+        Ok(Self {
+            engine,
+            writer,
+            wake: None,
+        })
     }
 
     /// Lets the engine have its deadlines up to `time`, then the input.
-    pub(super) fn feed(&mut self, time: Timestamp, input: Input, errors: &mut Errors) -> anyhow::Result<()> {
+    pub(super) fn feed(
+        &mut self,
+        time: Timestamp,
+        input: Input,
+        errors: &mut Errors,
+    ) -> anyhow::Result<()> {
         while let Some(wake) = self.wake.filter(|wake| *wake <= time) {
             self.handle(Input::Tick(wake), errors)?;
             // A deadline that does not move on would never end.
