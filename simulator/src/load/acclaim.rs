@@ -1,25 +1,20 @@
-//! Acclaim: a skeleton (ASF) and motions (AMC) made with it. Y up; angles and lengths in the units the ASF names.
+//! Acclaim skeletons (ASF). Y up; angles and lengths in the units that the file names.
 //!
-//! A bone's rotations are about its own axes: with `C` the rotation to them and `M` that of the frame's values, it
-//! turns against its parent by `C M C^-1`. Orders name the rotations from the first applied to the last.
+//! Orders name the rotations from the first applied to the last.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::tree::{Axes, Frame, Tree, about};
+use super::tree::{Tree, about};
 use super::{Flaw, flaw, number, numbers};
-use crate::motion::Clip;
-
-/// CMU recorded at 120 frames per second; AMC files do not say.
-const RATE_HZ: f64 = 120.0;
 
 /// Inches, scaled by the ASF's `length`.
 const METRES_PER_INCH: f64 = 0.0254;
 
 /// What a number of an AMC line does.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Freedom {
+pub(crate) enum Freedom {
     Move(usize),
     Turn(usize),
     /// Stretching; no recording here uses it.
@@ -28,46 +23,41 @@ enum Freedom {
 
 /// A bone, or the root, beside its node in the tree.
 #[derive(Clone, Debug)]
-struct Bone {
-    vector: Vector3<f64>,
-    axes: UnitQuaternion<f64>,
-    freedoms: Vec<Freedom>,
+pub(crate) struct Bone {
+    pub(crate) vector: Vector3<f64>,
+    pub(crate) axes: UnitQuaternion<f64>,
+    pub(crate) freedoms: Vec<Freedom>,
 }
 
 /// An ASF file.
 #[derive(Clone, Debug)]
 pub(crate) struct Skeleton {
-    tree: Tree,
+    pub(crate) tree: Tree,
     /// By node; ends have none.
-    bones: Vec<Option<Bone>>,
-    by_name: BTreeMap<String, usize>,
-    metres_per_unit: f64,
-    degrees_per_unit: f64,
+    pub(crate) bones: Vec<Option<Bone>>,
+    pub(crate) by_name: BTreeMap<String, usize>,
+    pub(crate) metres_per_unit: f64,
+    pub(crate) degrees_per_unit: f64,
 }
 
-/// The motion in the text of an AMC file, with the text of its ASF. A flaw's line may be of either; use
-/// [`super::load`] to know which.
-pub fn acclaim(name: &str, asf: &str, amc: &str) -> Result<Clip, Flaw> {
-    motion(name, &Skeleton::parse(asf)?, amc)
-}
+/// A line's number and words.
+pub(crate) type Line<'a> = (usize, Vec<&'a str>);
 
-type Lines<'a> = Vec<(usize, Vec<&'a str>)>;
-
-fn words(text: &str) -> Lines<'_> {
+pub(crate) fn words(text: &str) -> Vec<Line<'_>> {
     text.lines()
         .enumerate()
         .map(|(index, line)| {
             let line = line.split('#').next().unwrap_or_default();
             (index + 1, line.split_whitespace().collect())
         })
-        .filter(|(_, words): &(usize, Vec<&str>)| !words.is_empty())
+        .filter(|(_, words): &Line| !words.is_empty())
         .collect()
 }
 
 impl Skeleton {
     pub(crate) fn parse(text: &str) -> Result<Self, Flaw> {
         let lines = words(text);
-        let mut sections: BTreeMap<&str, (usize, &[(usize, Vec<&str>)])> = BTreeMap::new();
+        let mut sections: BTreeMap<&str, (usize, &[Line])> = BTreeMap::new();
         let starts: Vec<usize> = (0..lines.len())
             .filter(|&i| lines[i].1[0].starts_with(':'))
             .collect();
@@ -101,11 +91,7 @@ impl Skeleton {
     }
 
     /// Hangs the bones on each other as the hierarchy says, and an end on each bone that carries none.
-    fn grow(
-        &mut self,
-        hierarchy: &[(usize, Vec<&str>)],
-        mut bones: BTreeMap<String, Bone>,
-    ) -> Result<(), Flaw> {
+    fn grow(&mut self, hierarchy: &[Line], mut bones: BTreeMap<String, Bone>) -> Result<(), Flaw> {
         for (line, words) in hierarchy {
             if matches!(words[0], "begin" | "end") {
                 continue;
@@ -148,7 +134,7 @@ impl Skeleton {
 }
 
 /// Degrees per angle unit, and the length factor.
-fn units(lines: &[(usize, Vec<&str>)]) -> Result<(f64, f64), Flaw> {
+fn units(lines: &[Line]) -> Result<(f64, f64), Flaw> {
     let (mut degrees, mut length) = (1.0, 1.0);
     for (line, words) in lines {
         match words[..] {
@@ -170,7 +156,7 @@ fn units(lines: &[(usize, Vec<&str>)]) -> Result<(f64, f64), Flaw> {
     Ok((degrees, length))
 }
 
-fn root(lines: &[(usize, Vec<&str>)], degrees: f64) -> Result<Bone, Flaw> {
+fn root(lines: &[Line], degrees: f64) -> Result<Bone, Flaw> {
     let mut bone = Bone {
         vector: Vector3::zeros(),
         axes: UnitQuaternion::identity(),
@@ -196,7 +182,7 @@ fn root(lines: &[(usize, Vec<&str>)], degrees: f64) -> Result<Bone, Flaw> {
     Ok(bone)
 }
 
-fn bones(lines: &[(usize, Vec<&str>)], degrees: f64) -> Result<BTreeMap<String, Bone>, Flaw> {
+fn bones(lines: &[Line], degrees: f64) -> Result<BTreeMap<String, Bone>, Flaw> {
     let mut bones = BTreeMap::new();
     let mut name = None;
     let (mut direction, mut length) = (None, None);
@@ -280,89 +266,4 @@ fn turned(
         rotation = about(axis, angle * degrees) * rotation;
     }
     Ok(rotation)
-}
-
-/// The motion in the text of an AMC file.
-pub(crate) fn motion(name: &str, skeleton: &Skeleton, text: &str) -> Result<Clip, Flaw> {
-    let found = skeleton.tree.joints(1)?;
-    let lines = words(text);
-    let mut degrees = skeleton.degrees_per_unit;
-    let mut frames = Vec::new();
-    let mut at = 0;
-    while let Some((line, words)) = lines.get(at) {
-        match words[..] {
-            [":DEGREES"] => degrees = 1.0,
-            [":RADIANS"] => degrees = 1f64.to_degrees(),
-            [word] if word.starts_with(':') => {}
-            [word] => {
-                let expected = frames.len() + 1;
-                if word.parse() != Ok(expected) {
-                    return flaw(
-                        *line,
-                        format!("expected frame number {expected}, found `{word}`"),
-                    );
-                }
-                let end = (at + 1..lines.len())
-                    .find(|&i| lines[i].1.len() == 1)
-                    .unwrap_or(lines.len());
-                let frame = frame(skeleton, *line, &lines[at + 1..end], degrees)?;
-                frames.push(skeleton.tree.place(&frame));
-                at = end - 1;
-            }
-            _ => {
-                return flaw(
-                    *line,
-                    format!("expected a frame number, found `{}`", words.join(" ")),
-                );
-            }
-        }
-        at += 1;
-    }
-    let last = lines.last().map_or(1, |(line, _)| *line);
-    if frames.is_empty() {
-        return flaw(last, "expected at least one frame, found none");
-    }
-    Axes::y_up(skeleton.metres_per_unit).clip(name, RATE_HZ, &found, &frames, last)
-}
-
-fn frame(
-    skeleton: &Skeleton,
-    line: usize,
-    lines: &[(usize, Vec<&str>)],
-    degrees: f64,
-) -> Result<Frame, Flaw> {
-    let mut frame = Frame {
-        root: Vector3::zeros(),
-        rotations: vec![UnitQuaternion::identity(); skeleton.tree.nodes.len()],
-    };
-    let mut given = vec![false; skeleton.tree.nodes.len()];
-    for (line, words) in lines {
-        let node = skeleton.by_name.get(words[0]).copied();
-        let Some((node, bone)) = node.and_then(|node| Some((node, skeleton.bones[node].as_ref()?)))
-        else {
-            return flaw(*line, format!("the skeleton has no bone `{}`", words[0]));
-        };
-        let values = numbers(*line, &words[1..], bone.freedoms.len())?;
-        let mut turn = UnitQuaternion::identity();
-        for (freedom, value) in bone.freedoms.iter().zip(values) {
-            match *freedom {
-                Freedom::Move(axis) => frame.root[axis] = value,
-                Freedom::Turn(axis) => turn = about(axis, value * degrees) * turn,
-                Freedom::Length => {}
-            }
-        }
-        frame.rotations[node] = bone.axes * turn * bone.axes.inverse();
-        given[node] = true;
-    }
-    let moves = |bone: &Option<Bone>| bone.as_ref().is_some_and(|bone| !bone.freedoms.is_empty());
-    match (0..given.len()).find(|&node| moves(&skeleton.bones[node]) && !given[node]) {
-        None => Ok(frame),
-        Some(node) => {
-            let name = &skeleton.tree.nodes[node].name;
-            flaw(
-                line,
-                format!("the frame that begins here has no values for bone `{name}`"),
-            )
-        }
-    }
 }

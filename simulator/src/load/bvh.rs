@@ -22,7 +22,8 @@ struct Hierarchy {
 /// The motion in the text of a BVH file.
 ///
 /// Axes and unit are guessed from the rest pose (metres, CMU's 56.44 mm, inches, centimetres or millimetres).
-/// Position channels count for the root only; others keep their offsets.
+/// Position channels count for the root only; others keep their offsets. A first frame that is the rest pose, with
+/// a jump after it, is left out.
 pub fn bvh(name: &str, text: &str) -> Result<Clip, Flaw> {
     let mut lines = text
         .lines()
@@ -62,7 +63,26 @@ pub fn bvh(name: &str, text: &str) -> Result<Clip, Flaw> {
             format!("expected {count} frames, found {}", frames.len()),
         );
     }
-    axes.clip(name, 1.0 / seconds, &found, &frames, at)
+    let begin = usize::from(begins_with_rest_pose(
+        &hierarchy.tree,
+        &frames,
+        axes.metres_per_unit,
+    ));
+    axes.clip(name, 1.0 / seconds, &found, &frames[begin..], at)
+}
+
+/// Whether the first frame is the rest pose, put there for those who retarget, and the motion begins with a jump:
+/// CMU's files for DAZ are like that.
+fn begins_with_rest_pose(tree: &Tree, frames: &[Vec<Vector3<f64>>], metres_per_unit: f64) -> bool {
+    let [first, second, ..] = frames else {
+        return false;
+    };
+    let furthest = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {
+        let way =
+            |(a_at, b_at): (&Vector3<f64>, &Vector3<f64>)| ((a_at - a[0]) - (b_at - b[0])).norm();
+        a.iter().zip(b).map(way).fold(0.0, f64::max) * metres_per_unit
+    };
+    furthest(first, &tree.rest()) < 0.05 && furthest(first, second) > 0.2
 }
 
 fn expected<T>(what: &str, found: Option<(usize, Vec<&str>)>, last: usize) -> Result<T, Flaw> {

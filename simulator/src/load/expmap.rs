@@ -17,9 +17,11 @@ const JOINTS: usize = 38;
 const RATE_HZ: f64 = 120.0;
 const METRES_PER_UNIT: f64 = 0.0254 / 0.45;
 
-/// The left half of the skeleton and its middle; `Left` and `L` become `Right` and `R` on the other side.
 /// Name, parent, offset in metres.
-const LEG: [(&str, &str, [f64; 3]); 6] = [
+type Piece = (&'static str, &'static str, [f64; 3]);
+
+/// The left half of the skeleton and its middle; `Left` and `L` become `Right` and `R` on the other side.
+const LEG: [Piece; 6] = [
     ("LHipJoint", "Hips", [0.0, 0.0, 0.0]),
     ("LeftUpLeg", "LHipJoint", [0.090, -0.090, 0.030]),
     ("LeftLeg", "LeftUpLeg", [0.1436, -0.3947, 0.0]),
@@ -28,7 +30,7 @@ const LEG: [(&str, &str, [f64; 3]); 6] = [
     ("^LeftToeBase", "LeftToeBase", [0.0, 0.0, 0.065]),
 ];
 
-const SPINE: [(&str, &str, [f64; 3]); 7] = [
+const SPINE: [Piece; 7] = [
     ("LowerBack", "Hips", [0.0, 0.0, 0.0]),
     ("Spine", "LowerBack", [0.0, 0.120, -0.006]),
     ("Spine1", "Spine", [0.0, 0.120, 0.0]),
@@ -38,7 +40,7 @@ const SPINE: [(&str, &str, [f64; 3]); 7] = [
     ("^Head", "Head", [0.0, 0.095, -0.004]),
 ];
 
-const ARM: [(&str, &str, [f64; 3]); 9] = [
+const ARM: [Piece; 9] = [
     ("LeftShoulder", "Spine1", [0.0, 0.120, 0.005]),
     ("LeftArm", "LeftShoulder", [0.185, 0.045, -0.015]),
     ("LeftForeArm", "LeftArm", [0.285, 0.0, 0.0]),
@@ -90,7 +92,7 @@ fn frame(values: &[f64]) -> Frame {
 fn skeleton() -> Tree {
     let mut tree = Tree { nodes: Vec::new() };
     tree.add("Hips", None, Vector3::zeros());
-    let parts: [(&[(&str, &str, [f64; 3])], bool); 5] = [
+    let parts: [(&[Piece], bool); 5] = [
         (&LEG, false),
         (&LEG, true),
         (&SPINE, false),

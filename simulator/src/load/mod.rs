@@ -4,6 +4,7 @@
 //! its feet on the floor. A broken file is refused with its path, the line and the reason.
 
 mod acclaim;
+mod amc;
 mod bvh;
 mod expmap;
 mod names;
@@ -18,7 +19,7 @@ use thiserror::Error;
 
 use crate::motion::Clip;
 
-pub use acclaim::acclaim;
+pub use amc::acclaim;
 pub use bvh::bvh;
 pub use expmap::expmap;
 
@@ -87,7 +88,7 @@ pub fn load(path: &Path) -> Result<Clip, LoadError> {
         Some("amc") => {
             let skeleton = skeleton_of(path, &name)?;
             let asf = acclaim::Skeleton::parse(&read(&skeleton)?).map_err(broken(&skeleton))?;
-            acclaim::motion(&name, &asf, &read(path)?).map_err(broken(path))
+            amc::motion(&name, &asf, &read(path)?).map_err(broken(path))
         }
         _ => Err(LoadError::UnknownKind {
             path: path.to_owned(),

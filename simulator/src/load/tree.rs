@@ -70,7 +70,7 @@ impl Tree {
     }
 
     /// Where every node is when nothing is rotated, from the root, file units.
-    fn rest(&self) -> Vec<Vector3<f64>> {
+    pub(crate) fn rest(&self) -> Vec<Vector3<f64>> {
         self.place(&Frame {
             root: Vector3::zeros(),
             rotations: vec![UnitQuaternion::identity(); self.nodes.len()],

@@ -8,8 +8,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Vector2;
 
 use super::action::Action;
-use super::curve::unwrapped;
-use super::route::Route;
+use super::route::{Route, turn, ways};
 use super::script::Plan;
 use super::steps::Place;
 use crate::random::{Purpose, Stream};
@@ -329,27 +328,4 @@ impl Stage {
         }
         closest
     }
-}
-
-/// A turn on the spot, the short way round; `None` if one already faces there.
-fn turn(from: Place, heading: f64) -> Option<Route> {
-    let by = unwrapped(heading, from.heading) - from.heading;
-    (by.abs() > 1e-9).then_some(Route::Turn { from, by })
-}
-
-/// Turning towards the first corner where needed, then walking. `None` if corners are too close or a bend too tight.
-fn ways(here: Place, corners: &[Vector2<f64>], speed: f64) -> Option<Vec<Route>> {
-    let starts = std::iter::once(&here.at).chain(corners);
-    if starts.zip(corners).any(|(a, b)| (a - b).norm() < 0.45) {
-        return None;
-    }
-    let first = corners.first()? - here.at;
-    let towards = first.y.atan2(first.x);
-    let mut routes: Vec<Route> = turn(here, towards)
-        .filter(|_| (unwrapped(towards, here.heading) - here.heading).abs() > 0.5)
-        .into_iter()
-        .collect();
-    let from = routes.last().map_or(here, Route::end);
-    routes.push(Route::walk(from, corners, speed)?);
-    Some(routes)
 }

@@ -130,10 +130,8 @@ mod tests {
     fn the_smooth_floor_is_below_everything_near() {
         let values: Vec<f64> = (0..100).map(|i| (i as f64 * 0.7).sin()).collect();
         let floor = smooth_floor(&values, 3);
-        for i in 2..98 {
-            for near in i - 2..=i + 2 {
-                assert!(floor[i] <= values[near] + 1e-12);
-            }
+        for (near, low) in values.windows(5).zip(&floor[2..]) {
+            assert!(near.iter().all(|value| *low <= value + 1e-12));
         }
     }
 

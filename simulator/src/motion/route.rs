@@ -58,6 +58,29 @@ impl Route {
     }
 }
 
+/// A turn on the spot, the short way round; `None` if one already faces there.
+pub(crate) fn turn(from: Place, heading: f64) -> Option<Route> {
+    let by = unwrapped(heading, from.heading) - from.heading;
+    (by.abs() > 1e-9).then_some(Route::Turn { from, by })
+}
+
+/// Turning towards the first corner where needed, then walking. `None` if corners are too close or a bend too tight.
+pub(crate) fn ways(here: Place, corners: &[Vector2<f64>], speed: f64) -> Option<Vec<Route>> {
+    let starts = std::iter::once(&here.at).chain(corners);
+    if starts.zip(corners).any(|(a, b)| (a - b).norm() < 0.45) {
+        return None;
+    }
+    let first = corners.first()? - here.at;
+    let towards = first.y.atan2(first.x);
+    let mut routes: Vec<Route> = turn(here, towards)
+        .filter(|_| (unwrapped(towards, here.heading) - here.heading).abs() > 0.5)
+        .into_iter()
+        .collect();
+    let from = routes.last().map_or(here, Route::end);
+    routes.push(Route::walk(from, corners, speed)?);
+    Some(routes)
+}
+
 /// A plane curve, tabulated by the distance along it: a uniform cubic B-spline with straight ends.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
