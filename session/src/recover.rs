@@ -10,7 +10,7 @@ use crate::rewrite;
 use crate::storage::{ReadAt, Storage};
 use crate::{Result, TakeError, TakeInfo, TakeState};
 
-/// What became of one take that had no end.
+/// What became of one take that had no end, or an unreadable one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recovery {
     /// The take.
@@ -77,7 +77,8 @@ fn open_cut_off(storage: &dyn Storage, name: &str) -> Result<Option<Arc<dyn Read
     let file = file_of(name)?;
     let opened = storage.open(&file).map_err(TakeError::io("open", name))?;
     match Index::read(&*opened, name) {
-        Err(TakeError::Unfinished(_)) => {}
+        // An index that cannot be read is made anew from the records, like one that is missing.
+        Err(TakeError::Unfinished(_) | TakeError::Damaged { .. }) => {}
         Err(error) => return Err(error),
         Ok(_) => return Ok(None),
     }

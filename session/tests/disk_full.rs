@@ -106,6 +106,38 @@ fn the_guard_ends_the_take_where_nothing_can_be_set_aside() {
 }
 
 #[test]
+fn a_disk_that_takes_nothing_more_leaves_a_take_to_recover() {
+    // Nothing can be set aside and nobody guards: the worst there is.
+    let memory = MemoryStorage::with_capacity(2_000_000, false);
+    let storage: Arc<dyn Storage> = Arc::new(memory.clone());
+    let header = header("t", Timestamp::ZERO);
+    let mut writer = TakeWriter::create_with(&storage, header, &[], None, no_guard()).unwrap();
+    let minute = arrivals(60.0, 2);
+    let mut durable = 0;
+    let failed = minute.iter().find_map(|input| {
+        let given = writer.input(input).err();
+        let flushed = writer.flush(time_of(input));
+        durable = durable.max(flushed.as_ref().map_or(0, |flushed| flushed.inputs));
+        given.or(flushed.err())
+    });
+    assert!(failed.unwrap().to_string().contains("cannot end take `t`"));
+    assert!(matches!(writer.input(&minute[0]), Err(TakeError::Ended(_))));
+    assert!(
+        writer
+            .flush(Timestamp::from_seconds(100.0))
+            .unwrap()
+            .ended
+            .is_some()
+    );
+    assert_eq!(writer.finish().unwrap().state, TakeState::Damaged);
+    let after: Arc<dyn Storage> = Arc::new(memory.after_power_cut());
+    posefuse_session::recover(&after).unwrap();
+    let take = TakeReader::open(&*after, "t").unwrap();
+    assert_eq!(take.info().state, TakeState::Recovered);
+    assert!(take.inputs().map(Result::unwrap).count() as u64 >= durable && durable > 1_000);
+}
+
+#[test]
 fn a_take_does_not_begin_on_a_full_disk() {
     let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::with_capacity(1_000_000, true));
     let refused = TakeWriter::create(&storage, header("t", Timestamp::ZERO), &[], None);

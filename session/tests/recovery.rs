@@ -144,6 +144,22 @@ fn zeros_after_a_power_cut_are_dropped() {
 }
 
 #[test]
+fn an_index_that_cannot_be_read_is_made_anew() {
+    let whole = whole();
+    let mut bytes = whole.bytes.clone();
+    let place = bytes.len() - 37;
+    // The footer says where the index begins; the length of the first record there lies.
+    let start = u64::from_le_bytes(bytes[place + 9..place + 17].try_into().unwrap()) as usize;
+    bytes[start + 6] = 0x7F;
+    let (outcome, storage) = recovered(bytes);
+    assert!(
+        matches!(outcome, RecoveryOutcome::Recovered { lost_bytes: 0, .. }),
+        "{outcome:?}"
+    );
+    assert!(frames(&*storage) == whole.chunks.last().unwrap().1);
+}
+
+#[test]
 fn a_bad_chunk_in_the_middle_costs_only_itself() {
     let whole = whole();
     let (end, before) = &whole.chunks[5];

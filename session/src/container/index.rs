@@ -8,7 +8,7 @@ use crate::storage::ReadAt;
 use crate::{Result, TakeError};
 
 use super::chunk::words;
-use super::scan::{RecordRef, Scan, read_bytes};
+use super::scan::{RecordRef, Scan, Window, read_bytes};
 
 const MAGIC: u64 = mcap::MAGIC.len() as u64;
 /// Head and body of the footer, and the magic behind it.
@@ -61,9 +61,10 @@ impl Index {
             return Err(TakeError::damaged(name, "the footer points nowhere"));
         }
         let mut index = Self::default();
-        let mut scan = Scan::new(file, name, start, end);
+        let summary = Window::read(file, name, start, end)?;
+        let mut scan = Scan::new(&summary, name, start, end);
         while let Some(record) = scan.next()? {
-            index.take_in(file, name, record, start)?;
+            index.take_in(&summary, name, record, start)?;
         }
         index.check_chunks(name)?;
         Ok(index)

@@ -1,5 +1,7 @@
 //! Walking the records of a file whose claims are not trusted: no length is believed beyond the file's end.
 
+use std::io;
+
 use crate::storage::ReadAt;
 use crate::{Result, TakeError};
 
@@ -102,4 +104,37 @@ pub(crate) fn read_bytes(
     file.read_at(offset, &mut bytes)
         .map_err(TakeError::io("read", name))?;
     Ok(bytes)
+}
+
+/// A part of a file in memory, at the offsets it has in the file.
+pub(crate) struct Window {
+    start: u64,
+    bytes: Vec<u8>,
+}
+
+impl Window {
+    /// Reads the part from `start` to `end`, at most 64 MiB.
+    pub(crate) fn read(file: &dyn ReadAt, name: &str, start: u64, end: u64) -> Result<Self> {
+        let length = end.saturating_sub(start);
+        if length > MAX_RECORD {
+            return Err(TakeError::damaged(name, "its index is longer than 64 MiB"));
+        }
+        let bytes = read_bytes(file, name, start, length)?;
+        Ok(Self { start, bytes })
+    }
+}
+
+impl ReadAt for Window {
+    fn length(&self) -> io::Result<u64> {
+        Ok(self.start + self.bytes.len() as u64)
+    }
+
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> io::Result<()> {
+        let from = offset
+            .checked_sub(self.start)
+            .and_then(|from| usize::try_from(from).ok());
+        let part = from.and_then(|from| self.bytes.get(from..from.checked_add(buffer.len())?));
+        buffer.copy_from_slice(part.ok_or(io::ErrorKind::UnexpectedEof)?);
+        Ok(())
+    }
 }

@@ -28,17 +28,21 @@ impl TakeWriter {
         let written = self
             .container
             .message(&header, &convert::event_to_bytes(&event));
-        written.map_err(|error| unwritable(&self.header.name, error))?;
-        self.close(trouble)?;
         self.durable.ended = Some(trouble.to_owned());
-        Ok(())
+        written.map_err(|error| unwritable(&self.header.name, error))?;
+        self.close(trouble)
     }
 
     fn close(&mut self, trouble: &str) -> Result<()> {
         let mut info = self.info();
+        // Holds until the end is on the disk; nothing more may be written in any case.
+        self.finished = Some(TakeInfo {
+            state: TakeState::Damaged,
+            trouble: format!("{trouble}; its end could not be written, the next start repairs it"),
+            ..info.clone()
+        });
         info.state = TakeState::Complete;
         info.trouble = trouble.to_owned();
-        self.finished = Some(info.clone());
         let name = &self.header.name;
         self.container
             .metadata(END, info.to_metadata())

@@ -297,7 +297,7 @@ impl TakeWriter {
             inputs: self.inputs,
             frames: self.tally.frames,
             bytes: self.container.written_bytes(),
-            ended: None,
+            ended: self.durable.ended.take(),
         };
     }
 
