@@ -1,5 +1,7 @@
 //! Laws of the whole engine: order, place, duplicates, replay, configurations.
 
+#![allow(clippy::unwrap_used)]
+
 mod support;
 
 use std::collections::BTreeMap;

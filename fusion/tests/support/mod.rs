@@ -1,6 +1,6 @@
 //! A simulated room and the engine, joined as server and agents would join them.
 
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used)]
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
