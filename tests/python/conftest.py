@@ -81,7 +81,8 @@ class Room:
         self.address = f"127.0.0.1:{free_port()}"
         self.url = f"http://{self.address}"
         self.programs = []
-        self.start("server", "server", "--listen", self.address, "--takes", self.takes)
+        self.start("server", "server", "--listen", self.address, "--takes", self.takes,
+                   "--calibration", folder / "calibration.toml")
         self.wait_for(self.reachable, "the server to answer")
 
     def start(self, name: str, *arguments) -> Program:

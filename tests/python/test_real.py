@@ -1,8 +1,10 @@
-"""Two real Kinects: two agent processes into one server process, calibrated from the recording itself."""
+"""Two real Kinects (recordings with gaps of seconds in them): two agent processes into one server process, calibrated from the recording itself."""
 import re
 import threading
 
 import pytest
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
 
 WALK = "Study_4_Kinect_1_Time_1_22_06_PM.csv"
 TWO_PEOPLE = "Study_21_Kinect_1_Time_2_09_50_PM.csv"
@@ -13,7 +15,7 @@ def play(room, recording):
     for kinect, name in ((1, "left"), (2, "right")):
         room.start(
             name, "agent", "csv", recording, "--kinect", kinect, "--name", name, "--server", room.url,
-            "--align-s", 2, "--loop",
+            "--align", 2, "--loop",
         )
     room.wait_for(lambda: sum(s.frames_received > 20 for s in room.status().sensors) == 2, "both Kinects")
 
@@ -45,7 +47,7 @@ def test_calibrate_fuse_record_watch_and_fuse_again(room, recordings, name, peop
     room.run("record", "real", "--seconds", 12, "--server", room.url)
     watcher.join(timeout=30)
     seen = [frame for frame in frames if frame.tracks]
-    assert len(seen) > 150, f"only {len(seen)} of {len(frames)} frames show anybody"
+    assert len(seen) > 100, f"only {len(seen)} of {len(frames)} frames show anybody"
     most = max(len(frame.tracks) for frame in seen)
     assert most >= people, f"never more than {most} of {people} people"
     both = sum(bin(track.sensors).count("1") == 2 for frame in seen for track in frame.tracks)
@@ -54,20 +56,17 @@ def test_calibrate_fuse_record_watch_and_fuse_again(room, recordings, name, peop
     again = room.run("refuse", "real", "--takes", room.takes, "--out", "again")
     assert re.search(r"identical", again), again
     info = room.take_info("real")
-    assert info["dropped"] == 0 and info["frames"] > 200 and sorted(info["sensors"]) == ["left", "right"]
+    assert info["dropped"] == 0 and info["frames"] > 100 and sorted(info["sensors"]) == ["left", "right"]
+    assert observations_in(room.takes / "real.mcap") == observations_in(room.takes / "again.mcap")
+    assert min(observations_in(room.takes / "real.mcap").values()) > 60
 
 
-def test_the_take_opens_with_the_python_mcap_package(room, recordings):
-    from mcap.reader import make_reader
-    from mcap_protobuf.decoder import DecoderFactory
-
-    play(room, recordings[WALK])
-    room.run("record", "raw", "--seconds", 4, "--server", room.url)
-    observations = {0: 0, 1: 0}
-    with (room.takes / "raw.mcap").open("rb") as stream:
-        for _, _, _, message in make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(
-            topics=["/inputs"]
-        ):
+def observations_in(take):
+    """How many frames of each sensor a take holds, by the Python `mcap` package."""
+    counts = {0: 0, 1: 0}
+    with take.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        for _, _, _, message in reader.iter_decoded_messages(topics=["/inputs"]):
             if message.HasField("observation"):
-                observations[message.observation.sensor] += 1
-    assert all(count > 50 for count in observations.values()), observations
+                counts[message.observation.sensor] += 1
+    return counts

@@ -15,7 +15,7 @@ def take(tmp_path_factory):
     from conftest import POSEFUSE
 
     folder = tmp_path_factory.mktemp("simulated")
-    command = [POSEFUSE, "simulate", "walk", "--seconds", SECONDS, "--sensors", SENSORS, "--takes", folder]
+    command = [POSEFUSE, "simulate", "--out", "walk", "--seconds", SECONDS, "--sensors", SENSORS, "--takes", folder]
     subprocess.run(list(map(str, command)), check=True, stdin=subprocess.DEVNULL)
     return folder / "walk.mcap"
 

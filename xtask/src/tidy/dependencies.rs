@@ -19,21 +19,22 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
         "server",
         &["skeleton", "proto", "fusion", "calibration", "session"],
     ),
-    (
-        "cli",
-        &[
-            "skeleton",
-            "proto",
-            "fusion",
-            "calibration",
-            "session",
-            "simulator",
-            "agent",
-            "server",
-        ],
-    ),
-    ("tests", &[]),
+    ("cli", ALL),
+    ("tests", ALL),
     ("xtask", &[]),
+];
+
+/// Every library of ours.
+const ALL: &[&str] = &[
+    "skeleton",
+    "sgfilter",
+    "calibration",
+    "fusion",
+    "simulator",
+    "session",
+    "proto",
+    "agent",
+    "server",
 ];
 
 /// Crates that stay pure, and the outside crates that they must not depend on.
