@@ -60,7 +60,8 @@ pub(crate) fn check(root: &Path) -> Result<Vec<String>> {
                 path.display()
             ));
         }
-        if !text.trim_start().starts_with("//!")
+        if !text.starts_with("//!")
+            && !text.starts_with("#![doc = include_str!")
             && path.components().any(|part| part.as_os_str() == "src")
         {
             findings.push(format!(
