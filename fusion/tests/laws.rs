@@ -13,7 +13,7 @@ use posefuse_fusion::{
 };
 use posefuse_simulator::{Scenario, SensorErrors, World};
 use posefuse_skeleton::{
-    Calibration, Joint, RoomFrame, SensorId, SensorInfo, Timestamp, Track, Transform,
+    AgentTime, Calibration, Joint, RoomFrame, SensorId, SensorInfo, Timestamp, Track, Transform,
 };
 use support::{Outcome, drain, drive, id, inputs, run, score};
 
@@ -124,20 +124,15 @@ fn the_order_of_sensors_in_one_instant_does_not_matter() {
                 .collect()
         };
         let exact = |order: &[usize]| {
-            let events =
-                in_step(&world, order)
-                    .into_iter()
-                    .filter_map(|(time, input)| match input {
-                        Input::ClockSample(mut s) => {
-                            s.agent_received = posefuse_skeleton::AgentTime::from_ns(
-                                s.sent.ns() - support::START_NS + 500_000,
-                            );
-                            s.agent_sent = s.agent_received;
-                            s.returned = s.sent.plus_ns(1_000_000);
-                            Some((time, Input::ClockSample(s)))
-                        }
-                        other => Some((time, other)),
-                    });
+            let events = in_step(&world, order).into_iter().map(|(time, mut input)| {
+                if let Input::ClockSample(s) = &mut input {
+                    s.agent_received =
+                        AgentTime::from_ns(s.sent.ns() - support::START_NS + 500_000);
+                    s.agent_sent = s.agent_received;
+                    s.returned = s.sent.plus_ns(1_000_000);
+                }
+                (time, input)
+            });
             settle(fuse(events, &config).frames)
         };
         let one = exact(&[0, 1, 2, 3]);
@@ -311,7 +306,7 @@ fn the_preamble_lets_a_cold_engine_begin_at_once() {
         .into_iter()
         .for_each(|input| cold.handle(input));
     drain(&mut cold, &mut outcome);
-    let now = posefuse_skeleton::AgentTime::from_ns(15_000_000_000);
+    let now = AgentTime::from_ns(15_000_000_000);
     let (warm, again) = (
         engine.map_time(id(1), now).unwrap(),
         cold.map_time(id(1), now).unwrap(),
