@@ -10,9 +10,9 @@ use tokio::sync::{mpsc, oneshot, watch};
 
 use super::command::{Command, WalkFrame};
 use super::meters::{Meters, Snapshot};
-use crate::Clock;
 use crate::record::{Preamble, Record, RecorderTap};
 use crate::sinks::{Counters, Subscribers};
+use crate::{Clock, Threads};
 
 /// Inputs taken from the queue at once.
 const BATCH: usize = 64;
@@ -23,6 +23,7 @@ const PUBLISH_NS: i64 = 100_000_000;
 pub(super) struct Driver {
     engine: Engine,
     clock: Arc<dyn Clock>,
+    threads: Threads,
     subscribers: Subscribers,
     recorder: Option<RecorderTap>,
     walk: Option<mpsc::Sender<WalkFrame>>,
@@ -37,6 +38,7 @@ impl Driver {
     pub(super) fn new(
         engine: Engine,
         clock: Arc<dyn Clock>,
+        threads: Threads,
         counters: Arc<Counters>,
         publish: watch::Sender<Arc<Snapshot>>,
     ) -> Self {
@@ -44,6 +46,7 @@ impl Driver {
             engine,
             next_publish: clock.now(),
             clock,
+            threads,
             subscribers: Subscribers::new(counters),
             recorder: None,
             walk: None,
@@ -85,6 +88,9 @@ impl Driver {
                     for input in batch.drain(..) {
                         self.tick_if_due();
                         self.feed(input);
+                    }
+                    if inputs.is_empty() {
+                        self.threads.give_way();
                     }
                 }
                 () = &mut alarm => alarm_time = None,

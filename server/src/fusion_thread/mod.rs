@@ -46,7 +46,7 @@ pub(crate) fn start(
     let (command_sender, command_queue) = mpsc::channel(COMMANDS);
     let (publish, snapshot) = watch::channel(Arc::new(Snapshot::default()));
     let counters = Arc::new(Counters::default());
-    let driver = drive::Driver::new(engine, clock, counters.clone(), publish);
+    let driver = drive::Driver::new(engine, clock, threads, counters.clone(), publish);
     let ended = threads.spawn("fusion", driver.drive(first, input_queue, command_queue))?;
     Ok(Fusion {
         inputs: Inputs::new(input_sender, config.ingest.max_wait_ms),

@@ -32,6 +32,7 @@ pub(super) struct Agent {
     joined: Joined,
     inputs: Inputs,
     clock: Arc<dyn Clock>,
+    /// Cancelled when the server stops; `joined.cancel` follows it.
     stop: CancellationToken,
     down: mpsc::Sender<Down>,
     probes: Probes,
@@ -40,6 +41,12 @@ pub(super) struct Agent {
     acked: Option<u64>,
     probes_sent: u32,
     next_probe: Timestamp,
+}
+
+impl Drop for Agent {
+    fn drop(&mut self) {
+        self.joined.sensor.greeting().last_sequence = self.last;
+    }
 }
 
 /// Whether to go on.
@@ -76,15 +83,13 @@ impl Agent {
             last_sequence: self.joined.last_sequence,
         };
         self.send(server_message::Message::Welcome(welcome));
-        let (stop, cancel) = (self.stop.clone(), self.joined.cancel.clone());
+        let cancel = self.joined.cancel.clone();
+        let mut cancelled = std::pin::pin!(cancel.cancelled());
         let mut beat = self.clock.sleep(Duration::ZERO);
         loop {
             let next = tokio::select! {
                 biased;
-                () = stop.cancelled() => self.end(Status::unavailable("the server is stopping")),
-                () = cancel.cancelled() => {
-                    self.end(Status::aborted("another stream of the same agent took over"))
-                }
+                () = cancelled.as_mut() => self.cancelled(),
                 () = &mut beat => {
                     beat = self.clock.sleep(BEAT);
                     self.beat()
@@ -103,6 +108,14 @@ impl Agent {
                 return;
             }
         }
+    }
+
+    fn cancelled(&self) -> Next {
+        self.end(if self.stop.is_cancelled() {
+            Status::unavailable("the server is stopping")
+        } else {
+            Status::aborted("another stream of the same agent took over")
+        })
     }
 
     fn end(&self, status: Status) -> Next {
@@ -189,7 +202,6 @@ impl Agent {
             None => {}
         }
         self.last = Some(frame.sequence);
-        sensor.greeting().last_sequence = self.last;
         let bodies = match bodies_from_agent(sensor.id(), self.joined.joint_set, &frame.bodies) {
             Ok(bodies) => bodies,
             Err(error) => {

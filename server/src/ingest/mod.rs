@@ -79,7 +79,7 @@ impl v1::ingest_server::Ingest for IngestService {
         }
         let joined = self
             .registry
-            .join(&hello, &self.inputs, self.clock.as_ref())
+            .join(&hello, &self.inputs, self.clock.as_ref(), &self.stop)
             .await?;
         tracing::info!(
             sensor = %joined.sensor.name(), id = %joined.sensor.id(), peer = ?peer.map(|Peer(address)| address),

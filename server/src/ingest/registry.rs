@@ -30,7 +30,7 @@ pub(crate) struct Joined {
     pub(crate) sensor: Arc<Sensor>,
     pub(crate) joint_set: JointSet,
     pub(crate) last_sequence: Option<u64>,
-    /// Another stream of the same agent wants to take over.
+    /// Another stream of the same agent wants to take over, or the server stops.
     pub(crate) cancel: CancellationToken,
     gone: CancellationToken,
 }
@@ -60,11 +60,12 @@ impl Registry {
         hello: &v1::Hello,
         inputs: &Inputs,
         clock: &dyn Clock,
+        stop: &CancellationToken,
     ) -> Result<Joined, Status> {
         let joint_set = check(hello)?;
         loop {
             let sensor = self.sensor(hello, joint_set)?;
-            let gone = match claim(&sensor, hello, joint_set)? {
+            let gone = match claim(&sensor, hello, joint_set, stop)? {
                 Claim::Joined(joined) => {
                     announce(&joined, inputs).await?;
                     return Ok(joined);
@@ -102,7 +103,12 @@ enum Claim {
     Wait(CancellationToken),
 }
 
-fn claim(sensor: &Arc<Sensor>, hello: &v1::Hello, joint_set: JointSet) -> Result<Claim, Status> {
+fn claim(
+    sensor: &Arc<Sensor>,
+    hello: &v1::Hello,
+    joint_set: JointSet,
+    stop: &CancellationToken,
+) -> Result<Claim, Status> {
     let mut greeting = sensor.greeting();
     if let Some(live) = &greeting.live {
         if live.run_id != hello.run_id {
@@ -114,7 +120,7 @@ fn claim(sensor: &Arc<Sensor>, hello: &v1::Hello, joint_set: JointSet) -> Result
         live.cancel.cancel();
         return Ok(Claim::Wait(live.gone.clone()));
     }
-    let (cancel, gone) = (CancellationToken::new(), CancellationToken::new());
+    let (cancel, gone) = (stop.child_token(), CancellationToken::new());
     greeting.live = Some(Live {
         run_id: hello.run_id,
         cancel: cancel.clone(),
