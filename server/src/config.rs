@@ -89,6 +89,7 @@ impl Config {
         )?;
         within("ingest.max_wait_ms", self.ingest.max_wait_ms, 0, 60_000)?;
         within("watch.cut_after_ms", self.watch.cut_after_ms, 10, 3_600_000)?;
+        self.calibration.check()?;
         self.fusion.validate()
     }
 }
@@ -127,6 +128,10 @@ mod tests {
                 "{error}"
             );
         }
+        let error = Config::from_toml("[calibration]\nfile = \"my room/..\"")
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("calibration.file"), "{error}");
         let error = Config::from_toml("[ingest]\nqueue = 0")
             .unwrap_err()
             .to_string();

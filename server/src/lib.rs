@@ -34,6 +34,6 @@ pub use ingest::Config as IngestConfig;
 pub use net::{Config as NetConfig, bind};
 pub use parts::{Clock, Listener, Parts, SystemClock, Threads};
 pub use record::Config as TakesConfig;
-pub use room::CalibrationConfig;
+pub use room::{BUILD, CalibrationConfig};
 pub use run::run;
 pub use sinks::Config as WatchConfig;

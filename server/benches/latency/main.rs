@@ -100,6 +100,10 @@ async fn send_flat_out(address: SocketAddr, hello: v1::Hello) -> u64 {
         .unwrap();
     let sent = tokio_stream::wrappers::ReceiverStream::new(queue);
     let mut down = client.stream(sent).await.unwrap().into_inner();
+    let zero = Instant::now();
+    let agent_ns = move || zero.elapsed().as_nanos() as i64;
+    // Also keeps the stream open until everything is acknowledged.
+    let echo = up.clone();
     let sender = tokio::spawn(async move {
         let (began, mut sequence) = (Instant::now(), 0);
         let body = fixture::person(0.0);
@@ -108,35 +112,36 @@ async fn send_flat_out(address: SocketAddr, hello: v1::Hello) -> u64 {
             body.positions[0] += sequence as f32 * 1e-6;
             let frame = v1::Frame {
                 sequence,
-                captured_ns: began.elapsed().as_nanos() as i64,
+                captured_ns: agent_ns(),
                 bodies: vec![body],
             };
             let _ = up.send(upward(agent_message::Message::Frame(frame))).await;
             sequence += 1;
         }
-        // Kept open until everything is acknowledged.
-        (up, sequence)
+        sequence
     });
     let mut acked = 0;
     let mut sender = std::pin::pin!(sender);
     let mut target = None;
-    let mut hold = None;
     while target.is_none_or(|target| acked + 1 < target) {
         tokio::select! {
-            done = &mut sender, if target.is_none() => {
-                let (up, sequence) = done.unwrap();
-                hold = Some(up);
-                target = Some(sequence);
-            }
-            message = down.message() => {
-                let message = message.unwrap().unwrap().message;
-                if let Some(server_message::Message::Ack(ack)) = message {
-                    acked = ack.sequence;
+            done = &mut sender, if target.is_none() => target = Some(done.unwrap()),
+            message = down.message() => match message.unwrap().unwrap().message {
+                Some(server_message::Message::Ack(ack)) => acked = ack.sequence,
+                Some(server_message::Message::ClockProbe(probe)) => {
+                    let now = agent_ns();
+                    let reply = agent_message::Message::ClockEcho(v1::ClockEcho {
+                        probe: probe.probe,
+                        agent_received_ns: now,
+                        agent_sent_ns: now,
+                    });
+                    let _ = echo.try_send(upward(reply));
                 }
+                _ => {}
             }
         }
     }
-    drop(hold);
+    drop(echo);
     while let Ok(Some(_)) = down.message().await {}
     acked + 1
 }

@@ -19,6 +19,8 @@ use crate::fusion_thread::{Inputs, Pushed};
 
 /// Messages that may wait to go down. They are few: an acknowledgement or a probe that finds no room is left out.
 const DOWN_QUEUE: usize = 16;
+/// Longest trouble of an agent that is shown, characters.
+const MAX_TROUBLE: usize = 300;
 /// How often acknowledgements and probes are looked after.
 const BEAT: Duration = Duration::from_millis(50);
 /// The clocks are mapped fast at first ...
@@ -159,7 +161,8 @@ impl Agent {
         match message.message {
             Some(agent_message::Message::Frame(frame)) => return self.frame(frame, now).await,
             Some(agent_message::Message::ClockEcho(echo)) => self.echo(echo, now),
-            Some(agent_message::Message::Health(health)) => {
+            Some(agent_message::Message::Health(mut health)) => {
+                health.trouble = health.trouble.chars().take(MAX_TROUBLE).collect();
                 self.joined.sensor.greeting().health = Some(health);
             }
             Some(agent_message::Message::Hello(_)) => {

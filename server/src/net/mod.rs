@@ -25,6 +25,9 @@ use crate::ServerError;
 use crate::ingest::IngestService;
 use crate::room::RoomService;
 
+/// Connections that may wait to be accepted.
+const BACKLOG: u32 = 1024;
+
 /// Limits of connections. Section `[net]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -75,12 +78,22 @@ pub(crate) fn check_address(listen: SocketAddr, allow_remote: bool) -> Result<()
 pub async fn bind(config: &crate::Config) -> Result<tokio::net::TcpListener, ServerError> {
     let address = config.listen;
     check_address(address, config.allow_remote)?;
-    tokio::net::TcpListener::bind(address)
-        .await
-        .map_err(|source| match source.kind() {
-            std::io::ErrorKind::AddrInUse => ServerError::PortInUse(address),
-            _ => ServerError::Listen { address, source },
-        })
+    listen(address).map_err(|source| match source.kind() {
+        std::io::ErrorKind::AddrInUse => ServerError::PortInUse(address),
+        _ => ServerError::Listen { address, source },
+    })
+}
+
+/// Like `TcpListener::bind`, with room for a storm of connections: where the usual 128 wait, a further one is only
+/// tried again by its system a second later.
+fn listen(address: SocketAddr) -> std::io::Result<tokio::net::TcpListener> {
+    let socket = match address {
+        SocketAddr::V4(_) => tokio::net::TcpSocket::new_v4()?,
+        SocketAddr::V6(_) => tokio::net::TcpSocket::new_v6()?,
+    };
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
 }
 
 /// Everything that answers requests.

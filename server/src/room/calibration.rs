@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use posefuse_calibration::{from_toml, to_toml};
-use posefuse_fusion::Input;
-use posefuse_session::Storage;
+use posefuse_fusion::{ConfigError, Input};
+use posefuse_session::{Storage, check_take_name};
 use posefuse_skeleton::Calibration;
 use serde::{Deserialize, Serialize};
 use tonic::Status;
@@ -40,7 +40,19 @@ impl Config {
     /// The file's name without its folder.
     pub(crate) fn file_name(&self) -> String {
         let name = self.file.file_name().and_then(|name| name.to_str());
-        name.unwrap_or("calibration.toml").to_owned()
+        name.unwrap_or_default().to_owned()
+    }
+
+    /// Checks that the file's name can be one: its folder is reached through a [`Storage`], which takes plain names.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        let name = self.file_name();
+        check_take_name(&name).map_err(|_| ConfigError::Value {
+            key: "calibration.file".to_owned(),
+            expected: format!(
+                "a path whose last part is made of a-z A-Z 0-9 . _ -, found {}",
+                self.file.display()
+            ),
+        })
     }
 }
 

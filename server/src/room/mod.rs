@@ -22,6 +22,7 @@ use tonic::Status;
 
 pub(crate) use calibration::CalibrationStore;
 pub use calibration::Config as CalibrationConfig;
+pub use takes::BUILD;
 pub(crate) use takes::Takes;
 pub(crate) use watchman::watch_over;
 

@@ -15,8 +15,8 @@ use super::Room;
 use crate::fusion_thread::Command;
 use crate::record::{self, Opening, Progress, Record, RecorderTap};
 
-/// What wrote the engine's state into a take.
-pub(crate) const BUILD: &str = concat!("posefuse ", env!("CARGO_PKG_VERSION"));
+/// What takes are stamped with: only the same build goes on from the engine's state in a take.
+pub const BUILD: &str = concat!("posefuse ", env!("CARGO_PKG_VERSION"));
 /// Longest slate or notes, bytes.
 const MAX_TEXT: usize = 16 * 1024;
 /// Troubles of earlier takes that are remembered.

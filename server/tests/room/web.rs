@@ -191,6 +191,29 @@ async fn silent_connections_are_closed_and_do_not_keep_others_out() {
 }
 
 #[tokio::test]
+async fn a_peer_that_answers_no_ping_is_noticed_within_two_seconds() {
+    let server = start().await;
+    let mut stream = TcpStream::connect(server.address).await.unwrap();
+    // HTTP/2's preface with empty SETTINGS, then nothing: as after a pulled cable.
+    let preface = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0";
+    stream.write_all(preface).await.unwrap();
+    let began = Instant::now();
+    let mut answer = Vec::new();
+    let end = stream.read_to_end(&mut answer);
+    let ended = tokio::time::timeout(Duration::from_secs(4), end).await;
+    let took = began.elapsed();
+    assert!(
+        ended.is_ok() && took < Duration::from_millis(2200),
+        "{took:?}"
+    );
+    assert!(
+        took > Duration::from_millis(1000),
+        "closed after {took:?}, before a ping could be answered"
+    );
+    server.stop().await;
+}
+
+#[tokio::test]
 async fn oversized_messages_are_refused_and_the_server_goes_on() {
     let server = start().await;
     let mut room = server.room().await;
