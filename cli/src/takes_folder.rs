@@ -33,7 +33,7 @@ impl TakesFolder {
         self.folder.clone().unwrap_or_else(paths::default_takes)
     }
 
-    /// The folder as the crate for takes sees it.
+    /// The folder, made if it is not there, to write takes to.
     pub(crate) fn storage(&self) -> anyhow::Result<DiskStorage> {
         Ok(DiskStorage::new(self.path())?)
     }
@@ -89,7 +89,7 @@ impl Located {
 
     /// Opens it for reading.
     pub(crate) fn open(&self) -> anyhow::Result<TakeReader> {
-        let storage = DiskStorage::new(&self.folder)?;
+        let storage = DiskStorage::for_reading(&self.folder);
         TakeReader::open(&storage, &self.name).map_err(|error| match error {
             TakeError::Unfinished(_) => {
                 anyhow!("{error}; `posefuse takes recover` repairs it at once")

@@ -205,7 +205,7 @@ impl CalibrationView {
     pub(crate) fn of_solution(solution: &Solution) -> Self {
         let calibration = calibration_to_wire(&solution.calibration);
         let report = &solution.report;
-        let reason = |reason: &Reason| format!("{}; {}", reason.what, reason.remedy);
+        let reason = |reason: &Reason| format!("{}: {}", reason.what, reason.remedy);
         let pair = |row: &PairRow| PairView {
             a: row.a.clone(),
             b: row.b.clone(),

@@ -68,7 +68,7 @@ pub(crate) fn run(args: &TakesArgs, global: &Global) -> anyhow::Result<Outcome> 
 fn list(folder: &TakesFolder, global: &Global) -> anyhow::Result<Outcome> {
     let path = folder.path();
     let takes = if path.is_dir() {
-        Catalogue::list(&folder.storage()?)?
+        Catalogue::list(&DiskStorage::for_reading(&path))?
     } else {
         Vec::new()
     };

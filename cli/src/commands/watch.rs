@@ -1,9 +1,11 @@
 //! `posefuse watch`: the fused people, as lines for people or as JSON lines for scripts.
 
+use std::time::Duration;
+
 use anyhow::Context;
 use clap::Args;
 use posefuse_proto::room_frame_from_wire;
-use posefuse_proto::v1::{RoomStatus, WatchRequest};
+use posefuse_proto::v1::{GetStatusRequest, RoomStatus, WatchRequest};
 use posefuse_skeleton::{Joint, Provenance, Room, RoomFrame, Skeleton, Track};
 
 use crate::args::Global;
@@ -11,6 +13,9 @@ use crate::failure::Outcome;
 use crate::room::{self, ServerOption};
 use crate::views::FrameView;
 use crate::{output, shutdown};
+
+/// How long nothing may come before the reason is said.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Print the fused people as they move, one line a frame; with --json one JSON object a frame
 #[derive(Debug, Args)]
@@ -42,10 +47,16 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
         .map_err(|status| room::refused(&status))?
         .into_inner();
     let mut left = args.frames.unwrap_or(u64::MAX);
+    let mut patience = Some(PATIENCE);
     while left > 0 {
         let next = tokio::select! {
             () = stop.cancelled() => return Ok(Outcome::Done),
             next = frames.message() => next,
+            () = tokio::time::sleep(patience.unwrap_or_default()), if patience.is_some() => {
+                patience = None;
+                output::note(why_nothing_comes(&status));
+                continue;
+            }
         };
         let Some(frame) = next.map_err(|status| room::refused(&status))? else {
             anyhow::bail!("the server ended the stream; it is stopping");
@@ -53,10 +64,7 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
         let frame = room_frame_from_wire(&frame).context("a frame of the server")?;
         if sensors(&frame).any(|index| name(&status, index).is_none()) {
             // A sensor that joined since: ask once for its name.
-            if let Ok(newer) = client
-                .get_status(posefuse_proto::v1::GetStatusRequest {})
-                .await
-            {
+            if let Ok(newer) = client.get_status(GetStatusRequest {}).await {
                 status = newer.into_inner();
             }
         }
@@ -69,6 +77,14 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
         left -= 1;
     }
     Ok(Outcome::Done)
+}
+
+fn why_nothing_comes(status: &RoomStatus) -> String {
+    match status.troubles.first() {
+        Some(trouble) => format!("no frames yet: {trouble}"),
+        None if status.sensors.is_empty() => "no frames yet: no sensor has joined".to_owned(),
+        None => "no frames yet; `posefuse doctor` says how the room is".to_owned(),
+    }
 }
 
 fn sensors(frame: &RoomFrame) -> impl Iterator<Item = usize> {

@@ -60,18 +60,7 @@ impl WalkTap {
 /// The walk in a take.
 pub(crate) fn walk_of(reader: &TakeReader) -> anyhow::Result<Walk> {
     let (_, preamble) = reader.beginning()?;
-    let mut sensors: Vec<SensorInfo> = Vec::new();
-    let note = |sensors: &mut Vec<SensorInfo>, input: &Input| {
-        if let Input::Sensor(info) = input
-            && !sensors.iter().any(|known| known.id == info.id)
-        {
-            sensors.push(info.clone());
-        }
-    };
-    preamble.iter().for_each(|input| note(&mut sensors, input));
-    for input in reader.inputs() {
-        note(&mut sensors, &input?);
-    }
+    let sensors = reader.sensors()?;
     let mut tap = WalkTap::new(&sensors, Config::default());
     preamble.iter().for_each(|input| tap.add(input));
     for input in reader.inputs() {

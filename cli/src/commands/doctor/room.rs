@@ -93,12 +93,7 @@ fn state(status: &RoomStatus) -> Vec<Finding> {
         findings.push(Finding::doubtful("sensors", "none has joined", remedy));
     }
     findings.extend(status.sensors.iter().map(sensor));
-    findings.extend(
-        status
-            .troubles
-            .iter()
-            .map(|trouble| Finding::doubtful("room", trouble, "see what it says")),
-    );
+    findings.extend(status.troubles.iter().map(|text| trouble("room", text)));
     for sink in status.sinks.iter().filter(|sink| sink.dropped > 0) {
         let found = format!(
             "{} of {} were dropped",
@@ -115,71 +110,80 @@ fn state(status: &RoomStatus) -> Vec<Finding> {
     findings
 }
 
+/// A trouble in the server's words: what is wrong and, after a semicolon, what to do.
+fn trouble(what: &str, text: &str) -> Finding {
+    let (found, remedy) = text.split_once("; ").unwrap_or((text, ""));
+    Finding::doubtful(what, found, remedy)
+}
+
 fn sensor(sensor: &SensorStatus) -> Finding {
     let name = sensor.info.as_ref().map_or("?", |info| info.name.as_str());
     let what = format!("sensor {name}");
-    if !sensor.trouble.is_empty() && sensor.state() != SensorState::Live {
-        return Finding::bad(
-            what,
-            &sensor.trouble,
-            remedy_for_state(sensor.state(), name),
-        );
+    let state = sensor.state();
+    if state != SensorState::Live {
+        let usual = match state {
+            SensorState::Stalled => "connected, but no frame for a second",
+            _ => "its agent is gone",
+        };
+        let found = match sensor.trouble.as_str() {
+            "" => usual,
+            trouble => trouble,
+        };
+        let remedy = remedy_for_state(state, name);
+        return Finding::bad(what, found, remedy);
     }
-    match sensor.state() {
-        SensorState::Live => {}
-        SensorState::Stalled => {
-            let remedy = remedy_for_state(SensorState::Stalled, name);
-            return Finding::bad(what, "connected, but no frame for a second", remedy);
+    let doubts = doubts(sensor);
+    if doubts.is_empty() {
+        let latency = sensor.latency_ms.unwrap_or(0.0);
+        let found = format!("live, {:.0} fps, {latency:.0} ms", sensor.frames_per_second);
+        return Finding::good(what, found);
+    }
+    let found: Vec<&str> = doubts.iter().map(|(found, _)| found.as_str()).collect();
+    let mut remedies: Vec<&str> = doubts.iter().map(|(_, remedy)| remedy.as_str()).collect();
+    remedies.retain(|remedy| !remedy.is_empty());
+    Finding::doubtful(what, found.join("; "), remedies.join("; "))
+}
+
+/// What is not well with a live sensor, each with a remedy.
+fn doubts(sensor: &SensorStatus) -> Vec<(String, String)> {
+    let mut doubts = Vec::new();
+    let mut doubt = |holds: bool, found: String, remedy: &str| {
+        if holds {
+            doubts.push((found, remedy.to_owned()));
         }
-        state => return Finding::bad(what, "its agent is gone", remedy_for_state(state, name)),
-    }
+    };
     let total = sensor.frames_received + sensor.frames_lost;
     let lost = sensor.frames_lost as f64 / total.max(1) as f64;
     let latency = sensor.latency_ms.unwrap_or(0.0);
     let clock_error = sensor.clock_error_ms.unwrap_or(0.0);
     let residual = sensor.residual_mm.unwrap_or(0.0);
-    let doubts = [
-        (
-            !sensor.calibrated,
-            "is not calibrated".to_owned(),
-            "posefuse calibrate",
-        ),
-        (
-            latency > LATENCY_DOUBTFUL_MS,
-            format!("frames take {latency:.0} ms to the server"),
-            "use a cable instead of Wi-Fi, or a faster computer beside the sensor",
-        ),
-        (
-            clock_error > CLOCK_ERROR_DOUBTFUL_MS,
-            format!("its clock is known to {clock_error:.0} ms only"),
-            "use a cable instead of Wi-Fi: probes take too long",
-        ),
-        (
-            lost > LOST_DOUBTFUL,
-            format!("{:.1} % of its frames got lost", 100.0 * lost),
-            "the agent's computer or network does not keep up",
-        ),
-        (
-            residual > RESIDUAL_DOUBTFUL_MM,
-            format!("its joints lie {residual:.0} mm off the others'"),
-            "it may have been moved: posefuse calibrate",
-        ),
-        (
-            !sensor.trouble.is_empty(),
-            sensor.trouble.clone(),
-            "see what it says",
-        ),
-    ];
-    let doubts: Vec<_> = doubts.into_iter().filter(|(holds, ..)| *holds).collect();
-    if doubts.is_empty() {
-        return Finding::good(
-            what,
-            format!("live, {:.0} fps, {latency:.0} ms", sensor.frames_per_second),
-        );
-    }
-    let found: Vec<&str> = doubts.iter().map(|(_, found, _)| found.as_str()).collect();
-    let remedies: Vec<&str> = doubts.iter().map(|(_, _, remedy)| *remedy).collect();
-    Finding::doubtful(what, found.join("; "), remedies.join("; "))
+    doubt(
+        !sensor.calibrated,
+        "is not calibrated".to_owned(),
+        "posefuse calibrate",
+    );
+    doubt(
+        latency > LATENCY_DOUBTFUL_MS,
+        format!("frames take {latency:.0} ms to the server"),
+        "use a cable instead of Wi-Fi, or a faster computer beside the sensor",
+    );
+    doubt(
+        clock_error > CLOCK_ERROR_DOUBTFUL_MS,
+        format!("its clock is known to {clock_error:.0} ms only"),
+        "use a cable instead of Wi-Fi: probes take too long",
+    );
+    doubt(
+        lost > LOST_DOUBTFUL,
+        format!("{:.1} % of its frames got lost", 100.0 * lost),
+        "the agent's computer or network does not keep up",
+    );
+    doubt(
+        residual > RESIDUAL_DOUBTFUL_MM,
+        format!("its joints lie {residual:.0} mm off the others'"),
+        "it may have been moved: posefuse calibrate",
+    );
+    doubt(!sensor.trouble.is_empty(), sensor.trouble.clone(), "");
+    doubts
 }
 
 fn remedy_for_state(state: SensorState, name: &str) -> String {
@@ -187,6 +191,6 @@ fn remedy_for_state(state: SensorState, name: &str) -> String {
         SensorState::Stalled => {
             format!("see that the sensor of `{name}` is plugged in and not used by another program")
         }
-        _ => format!("start it again: posefuse agent ... --name {name}"),
+        _ => format!("start it again: posefuse agent SOURCE --name {name}"),
     }
 }

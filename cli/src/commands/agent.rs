@@ -1,7 +1,5 @@
 //! `posefuse agent`: the agent of one sensor, or of something that takes a sensor's place.
 
-mod take;
-
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -12,6 +10,7 @@ use serde::Serialize;
 
 use crate::args::Global;
 use crate::failure::{Outcome, usage};
+use crate::takes_folder::TakesFolder;
 use crate::{output, shutdown};
 
 /// Agents of simulated sensors that are started by hand share their people if they start within this time.
@@ -49,7 +48,7 @@ enum Source {
     /// A sensor of a simulated room
     Sim(SimArgs),
     /// A sensor of a recorded take, played back
-    Take(take::TakeArgs),
+    Take(TakeArgs),
     /// One Kinect of a recorded session with two Kinects v2 (CSV)
     Csv(CsvArgs),
 }
@@ -100,6 +99,34 @@ impl From<LayoutArg> for Layout {
     }
 }
 
+/// Which take, and which of its sensors.
+#[derive(Debug, Args)]
+struct TakeArgs {
+    /// The take: its name or its file
+    take: PathBuf,
+    /// Which of its sensors; also the name unless --name says another
+    #[arg(long, value_name = "SENSOR")]
+    sensor: String,
+    #[command(flatten)]
+    pace: Pace,
+    #[command(flatten)]
+    takes: TakesFolder,
+}
+
+/// How something recorded is played.
+#[derive(Debug, Args)]
+struct Pace {
+    /// How many times faster than recorded
+    #[arg(long, value_name = "FACTOR", default_value = "1")]
+    speed: f64,
+    /// Begin again at the end, for ever
+    #[arg(long = "loop")]
+    repeat: bool,
+    /// Begin at the next multiple of this many seconds of the clock, so that several agents play in step; 0: at once
+    #[arg(long, value_name = "S", default_value = "0")]
+    align: f64,
+}
+
 /// Which recording, and which of its Kinects.
 #[derive(Debug, Args)]
 struct CsvArgs {
@@ -108,15 +135,8 @@ struct CsvArgs {
     /// Which Kinect: 1 or 2, or its computer's address as the file has it
     #[arg(long, value_name = "WHICH", default_value = "1")]
     kinect: String,
-    /// How many times faster than recorded
-    #[arg(long, value_name = "FACTOR", default_value = "1")]
-    speed: f64,
-    /// Begin again at the end, for ever
-    #[arg(long = "loop")]
-    repeat: bool,
-    /// Begin at the next multiple of this many seconds of the clock, so that two agents play in step; 0: at once
-    #[arg(long, value_name = "S", default_value = "0")]
-    align: f64,
+    #[command(flatten)]
+    pace: Pace,
     /// Hand frames on as they were captured, without the delays of the recording's logger
     #[arg(long)]
     prompt: bool,
@@ -139,13 +159,7 @@ pub(crate) async fn run(args: &AgentArgs, global: &Global) -> anyhow::Result<Out
     let stopped = async move { stop.cancelled().await };
     let (config, parts) = (config(args)?, Parts::system());
     let name = config.name.clone();
-    let report = match &args.source {
-        Source::Take(take) => {
-            let source = take.open(&parts)?;
-            posefuse_agent::run_with(source, config, parts, stopped).await
-        }
-        Source::Sim(_) | Source::Csv(_) => posefuse_agent::run(config, parts, stopped).await,
-    };
+    let report = posefuse_agent::run(config, parts, stopped).await;
     let report = report.map_err(|error| match error {
         AgentError::Config { reason } => usage(reason),
         other => other.into(),
@@ -165,22 +179,16 @@ fn config(args: &AgentArgs) -> anyhow::Result<AgentConfig> {
             Some(format!("sim{}", sim.sensor)),
         ),
         Source::Csv(csv) => (SourceConfig::Csv(csv.config()), None),
-        // A take is opened apart and handed to the agent, which then asks its own sources for nothing.
-        Source::Take(take) => (SourceConfig::Sim(nothing()), Some(take.sensor.clone())),
+        Source::Take(take) => (
+            SourceConfig::Take(take.config()?),
+            Some(take.sensor.clone()),
+        ),
     };
     let name = args.common.name.clone().or(usual_name);
     let name = name.ok_or_else(|| usage("the sensor needs a name: --name left, for example"))?;
     let mut config = AgentConfig::new(args.common.server.uri().clone(), name, source);
     config.drain = Duration::from_secs_f64(args.common.drain);
     Ok(config)
-}
-
-fn nothing() -> source::SimConfig {
-    source::SimConfig {
-        scenario: Scenario::default(),
-        sensor: 0,
-        epoch_unix_ns: None,
-    }
 }
 
 impl SimArgs {
@@ -226,12 +234,24 @@ fn shared_epoch_ns() -> i64 {
     ((now - now % SHARED_EPOCH) * 1_000_000_000) as i64
 }
 
+impl TakeArgs {
+    fn config(&self) -> anyhow::Result<source::TakeConfig> {
+        let file = self.takes.find(&self.take)?.file();
+        Ok(source::TakeConfig {
+            speed: self.pace.speed,
+            repeat: self.pace.repeat,
+            align_s: self.pace.align,
+            ..source::TakeConfig::new(file, &self.sensor)
+        })
+    }
+}
+
 impl CsvArgs {
     fn config(&self) -> source::CsvConfig {
         source::CsvConfig {
-            speed: self.speed,
-            repeat: self.repeat,
-            align_s: self.align,
+            speed: self.pace.speed,
+            repeat: self.pace.repeat,
+            align_s: self.pace.align,
             prompt: self.prompt,
             ..source::CsvConfig::new(&self.file, &self.kinect)
         }
