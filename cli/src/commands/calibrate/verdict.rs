@@ -4,6 +4,9 @@ use crate::failure::Outcome;
 use crate::output::{Style, line, paint, print_table};
 use crate::views::CalibrationView;
 
+/// Most reasons that are printed; they come the worst first.
+const REASONS: usize = 8;
+
 /// A failed calibration is a failure, a weak one a loss.
 pub(crate) fn outcome(view: &CalibrationView) -> Outcome {
     match view.verdict {
@@ -49,10 +52,14 @@ pub(crate) fn summary(view: &CalibrationView) -> anyhow::Result<()> {
     } else {
         format!("calibration {verdict}")
     })?;
-    Ok(view
-        .reasons
-        .iter()
-        .try_for_each(|reason| line(format!("  - {reason}")))?)
+    for reason in view.reasons.iter().take(REASONS) {
+        line(format!("  - {reason}"))?;
+    }
+    if view.reasons.len() > REASONS {
+        let more = view.reasons.len() - REASONS;
+        line(format!("  - and {more} more like these; --json names all"))?;
+    }
+    Ok(())
 }
 
 fn sensors(view: &CalibrationView) -> Vec<Vec<String>> {

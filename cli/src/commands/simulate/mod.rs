@@ -150,9 +150,7 @@ fn world(scenario: &Scenario, motion: &[PathBuf]) -> anyhow::Result<World> {
         return World::new(scenario).map_err(usage);
     }
     let clips = motion.iter().map(|file| load(file).map(Arc::new));
-    let clips = clips
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|error| usage(error))?;
+    let clips = clips.collect::<Result<Vec<_>, _>>().map_err(usage)?;
     World::with_clips(scenario, clips).map_err(usage)
 }
 
