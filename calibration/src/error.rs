@@ -1,4 +1,4 @@
-//! Why there is no calibration, and why a calibration file is refused.
+//! Why there is no calibration.
 
 use thiserror::Error;
 
@@ -40,41 +40,6 @@ pub enum CalibrationError {
         /// Sensors that could be joined, by name; two groups or more.
         groups: Vec<Vec<String>>,
     },
-}
-
-/// A calibration file that is not taken. The calibration in force stays in force.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum CalibrationFileError {
-    /// Not TOML, a wrong type, a missing or an unknown key.
-    #[error("this is not a calibration file of Posefuse: {0}\nmend that line, or calibrate again")]
-    Syntax(String),
-    /// A version this build does not read.
-    #[error(
-        "the calibration file has version {found}, this build reads version {expected}; calibrate again, or use the build that wrote it"
-    )]
-    Version {
-        /// The version in the file.
-        found: i64,
-        /// The version this build reads.
-        expected: i64,
-    },
-    /// A value that no sensor can have.
-    #[error(
-        "sensor `{sensor}`: {key} must be {expected}, found {found}; mend the value, or calibrate again"
-    )]
-    Value {
-        /// The sensor's name.
-        sensor: String,
-        /// The key.
-        key: &'static str,
-        /// What it must be.
-        expected: &'static str,
-        /// What it is.
-        found: String,
-    },
-    /// No sensor in it.
-    #[error("the calibration file names no sensor; calibrate again")]
-    Empty,
 }
 
 fn list(names: &[String]) -> String {

@@ -2,7 +2,7 @@
 //!
 //! [`Collector`] gathers a [`Walk`] while it happens and says how much of the room is covered; [`solve`] turns
 //! the walk into a [`Calibration`](posefuse_skeleton::Calibration) and a [`Report`] whose verdict rests on frames
-//! the solver never used; [`to_toml`] and [`from_toml`] keep a calibration in a file that a person can read.
+//! the solver never used; [`to_toml`] and [`from_toml`], the skeleton crate's, keep it in a file that a person can read.
 //!
 //! Steps of [`solve`]: tracks and a common time grid (`tracks`), a robust start for each pair of sensors (`pair`),
 //! the best spanning tree (`graph`), refinement of all sensors at once (`refine`), floor and heading (`floor`),
@@ -12,7 +12,6 @@
 
 mod collector;
 mod error;
-mod file;
 mod floor;
 mod graph;
 mod kabsch;
@@ -29,10 +28,10 @@ mod verdict;
 mod walk;
 
 pub use collector::{Collector, Coverage, SensorCoverage};
-pub use error::{CalibrationError, CalibrationFileError};
-pub use file::{from_toml, to_toml};
+pub use error::CalibrationError;
 pub use kabsch::{Degenerate, PointPair, RigidFit, kabsch};
 pub use options::{Options, Thresholds};
+pub use posefuse_skeleton::calibration_text::{CalibrationFileError, from_toml, to_toml};
 pub use report::{FloorRow, PairRow, Reason, Report, SensorRow, Solution, Verdict};
 pub use solve::solve;
 pub use walk::{SensorWalk, Walk, WalkBody, WalkFrame, WalkJoint};

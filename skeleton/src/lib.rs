@@ -4,6 +4,7 @@
 //! Units are metres, radians and nanoseconds unless a name says otherwise. See `docs/FRAMES.md` for the axes.
 
 mod calibration;
+pub mod calibration_text;
 mod confidence;
 mod frame;
 mod joint;

@@ -1,4 +1,5 @@
-//! The calibration file: TOML that a person can read and edit, one table per sensor.
+//! A calibration as text: TOML that a person can read and edit, one table per sensor. The one format for files and
+//! for the calibration that a take carries.
 //!
 //! `orientation_xyzw` is the unit quaternion of the rotation part of `room_from_sensor`, `position_m` where the
 //! sensor stands in the room. Roll, pitch and yaw stand beside it as a comment and are not read.
@@ -7,10 +8,10 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use posefuse_skeleton::{Calibration, FloorSource, SensorPose, Transform};
 use serde::Deserialize;
+use thiserror::Error;
 
-use crate::CalibrationFileError;
+use crate::{Calibration, FloorSource, SensorPose, Transform};
 
 /// The version this build writes and reads.
 const VERSION: i64 = 1;
@@ -20,6 +21,41 @@ const UNIT_TOLERANCE: f64 = 2e-3;
 const MAX_POSITION_M: f64 = 100.0;
 /// Largest time offset that a file may state, milliseconds.
 const MAX_OFFSET_MS: f64 = 10_000.0;
+
+/// A calibration file that is not taken. The calibration in force stays in force.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum CalibrationFileError {
+    /// Not TOML, a wrong type, a missing or an unknown key.
+    #[error("this is not a calibration file of Posefuse: {0}\nmend that line, or calibrate again")]
+    Syntax(String),
+    /// A version this build does not read.
+    #[error(
+        "the calibration file has version {found}, this build reads version {expected}; calibrate again, or use the build that wrote it"
+    )]
+    Version {
+        /// The version in the file.
+        found: i64,
+        /// The version this build reads.
+        expected: i64,
+    },
+    /// A value that no sensor can have.
+    #[error(
+        "sensor `{sensor}`: {key} must be {expected}, found {found}; mend the value, or calibrate again"
+    )]
+    Value {
+        /// The sensor's name.
+        sensor: String,
+        /// The key.
+        key: &'static str,
+        /// What it must be.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// No sensor in it.
+    #[error("the calibration file names no sensor; calibrate again")]
+    Empty,
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,11 +1,11 @@
-//! The calibration file: what it keeps, what it looks like, what it refuses.
+//! A calibration's text: what it keeps, what it looks like, what it refuses.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::collections::BTreeMap;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use posefuse_calibration::{CalibrationFileError, from_toml, to_toml};
+use posefuse_skeleton::calibration_text::{CalibrationFileError, from_toml, to_toml};
 use posefuse_skeleton::{Calibration, FloorSource, SensorPose, Transform};
 use proptest::prelude::*;
 
