@@ -57,11 +57,10 @@ def test_the_scene_shows_people_that_vanish_and_the_sensors_places(messages):
     scenes = [decoded for _, _, decoded in messages["/scene"]]
     entities = [entity for scene in scenes for entity in scene.entities]
     assert entities and all(entity.frame_id == "room" for entity in entities)
-    assert all(entity.lifetime.sec or entity.lifetime.nanosec if hasattr(entity.lifetime, "sec")
-               else entity.lifetime.seconds or entity.lifetime.nanos for entity in entities), "people would never vanish"
-    assert all(entity.spheres and entity.lines for entity in entities)
+    assert all(entity.lifetime.ToNanoseconds() > 0 for entity in entities), "people would never vanish"
+    assert all(0 < len(entity.spheres) <= 25 and entity.lines for entity in entities)
     children = {transform.child_frame_id for _, _, decoded in messages["/tf"] for transform in decoded.transforms}
-    assert len(children) == SENSORS
+    assert children == {f"sensor/sim{number}" for number in range(1, SENSORS + 1)}
 
 
 def test_the_take_carries_its_configuration_and_calibration(take):
