@@ -15,6 +15,9 @@ use crate::v1;
 /// Most bodies one frame may carry.
 pub(crate) const MAX_BODIES: usize = 32;
 
+/// Joints of the largest joint set.
+const MAX_JOINTS: usize = 33;
+
 /// What a joint is taken to be good for until the engine applies its sensor model, metres.
 const NOMINAL_SIGMA_M: f64 = 0.02;
 
@@ -86,7 +89,7 @@ fn body_from_wire(
     if !body.orientations.is_empty() {
         check("orientations", body.orientations.len(), 4)?;
     }
-    let mut raw = Vec::with_capacity(joints);
+    let mut raw = [None; MAX_JOINTS];
     for (joint, (xyz, &confidence)) in body
         .positions
         .chunks_exact(3)
@@ -99,13 +102,13 @@ fn body_from_wire(
             found: confidence,
         })?;
         let position = Position::new(xyz[0].into(), xyz[1].into(), xyz[2].into());
-        raw.push((confidence > Confidence::NONE).then_some(RawJoint {
+        raw[joint] = (confidence > Confidence::NONE).then_some(RawJoint {
             position,
             confidence,
-        }));
+        });
     }
     let skeleton = joint_set
-        .to_canonical(&raw)
+        .to_canonical(&raw[..joints])
         .map(|_, raw| measured(sensor, raw));
     let orientations = (!body.orientations.is_empty())
         .then(|| Box::new(orientations_from_wire(joint_set, &body.orientations)));

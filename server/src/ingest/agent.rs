@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use futures_util::FutureExt;
 use posefuse_fusion::{ClockSample, Input};
 use posefuse_proto::v1::{self, agent_message, server_message};
 use posefuse_proto::{WireError, bodies_from_agent};
@@ -21,6 +22,8 @@ use crate::fusion_thread::{Inputs, Pushed};
 const DOWN_QUEUE: usize = 16;
 /// Longest trouble of an agent that is shown, characters.
 const MAX_TROUBLE: usize = 300;
+/// Messages taken at once, if they are there.
+const BURST: usize = 32;
 /// How often acknowledgements and probes are looked after.
 const BEAT: Duration = Duration::from_millis(50);
 /// The clocks are mapped fast at first ...
@@ -50,6 +53,9 @@ impl Drop for Agent {
         self.joined.sensor.greeting().last_sequence = self.last;
     }
 }
+
+/// What an agent's stream gives.
+type Message = Result<Option<v1::AgentMessage>, Status>;
 
 /// Whether to go on.
 enum Next {
@@ -96,20 +102,40 @@ impl Agent {
                     beat = self.clock.sleep(BEAT);
                     self.beat()
                 }
-                message = up.message() => match message {
-                    Ok(Some(message)) => self.take(message).await,
-                    Ok(None) => Next::End,
-                    Err(status) => {
-                        tracing::debug!(sensor = %self.joined.sensor.name(), %status, "an agent's stream broke");
-                        Next::End
-                    }
-                },
+                message = up.message() => self.take_burst(message, &mut up).await,
             };
             if matches!(next, Next::End) {
                 self.acknowledge();
                 return;
             }
         }
+    }
+
+    /// Takes `message` and those that are there already: what else there is to look after is cheap, but not for
+    /// each of a hundred thousand messages a second.
+    async fn take_burst(
+        &mut self,
+        mut message: Message,
+        up: &mut Streaming<v1::AgentMessage>,
+    ) -> Next {
+        for left in (0..BURST).rev() {
+            let next = match message {
+                Ok(Some(message)) => self.take(message).await,
+                Ok(None) => Next::End,
+                Err(status) => {
+                    tracing::debug!(sensor = %self.joined.sensor.name(), %status, "an agent's stream broke");
+                    self.end(status)
+                }
+            };
+            if left == 0 || matches!(next, Next::End) {
+                return next;
+            }
+            match up.message().now_or_never() {
+                Some(another) => message = another,
+                None => break,
+            }
+        }
+        Next::Go
     }
 
     fn cancelled(&self) -> Next {
