@@ -108,15 +108,16 @@ impl Flesh {
 }
 
 fn touches(end: Joint, joint: Joint) -> bool {
-    // The hand's joints lie within one capsule and the one before it; the torso's within each other.
-    end == joint || (is_hand(joint) && joint.parent() == Some(end))
+    end == joint || (lies_in_parents_flesh(joint) && joint.parent() == Some(end))
 }
 
-fn is_hand(joint: Joint) -> bool {
+/// Whether the capsules that end at a joint's parent reach over the joint itself: the hand's joints lie within one
+/// capsule and the one before it, the neck within the round end of the chest's.
+fn lies_in_parents_flesh(joint: Joint) -> bool {
     use Joint::*;
     matches!(
         joint,
-        HandLeft | HandTipLeft | ThumbLeft | HandRight | HandTipRight | ThumbRight
+        Neck | HandLeft | HandTipLeft | ThumbLeft | HandRight | HandTipRight | ThumbRight
     )
 }
 
