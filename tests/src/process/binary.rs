@@ -28,14 +28,8 @@ fn built() -> PathBuf {
         return program;
     }
     let mut build = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    build.args([
-        "build",
-        "--quiet",
-        "--package",
-        "posefuse",
-        "--bin",
-        "posefuse",
-    ]);
+    // As CI builds it, so that there it is built already.
+    build.args(["build", "--quiet", "--workspace", "--bins"]);
     build.current_dir(env!("CARGO_MANIFEST_DIR"));
     if folder.ends_with("release") {
         build.arg("--release");

@@ -33,7 +33,7 @@ pub struct Plan {
     pub rate_hz: f64,
     /// Longest time a packet takes; the shortest is 1 ms.
     pub max_latency: Duration,
-    /// How often a packet breaks its link; turmoil's links then lose what is under way ...
+    /// How often a packet to or from an agent breaks their link; turmoil's links then lose what is under way ...
     pub loss: f64,
     /// ... until a further packet repairs it, with this probability.
     pub repair: f64,
@@ -65,6 +65,7 @@ pub struct Lab {
     jobs: mpsc::UnboundedSender<Job>,
     url: String,
     seed: u64,
+    loss: f64,
     agents: Vec<Agent>,
 }
 
@@ -84,7 +85,6 @@ impl Lab {
             .tick_duration(plan.tick)
             .min_message_latency(Duration::from_millis(1))
             .max_message_latency(plan.max_latency)
-            .fail_rate(plan.loss)
             .repair_rate(plan.repair)
             .tcp_capacity(1024)
             .build();
@@ -114,6 +114,7 @@ impl Lab {
             jobs,
             url,
             seed: plan.seed,
+            loss: plan.loss,
             agents: Vec::new(),
         };
         let calibration = Some(calibration_to_wire(&true_calibration(&lab.world)));
@@ -152,6 +153,7 @@ impl Lab {
                 };
                 host::agent(Box::new(source), config, parts, ended).await
             });
+            self.sim.set_link_fail_rate(name.clone(), SERVER, self.loss);
             self.agents.push(Agent {
                 name,
                 captures,
@@ -251,7 +253,7 @@ impl Lab {
         &mut self,
         request: impl FnOnce(RoomClient<Channel>) -> Asked<T> + Send + 'static,
     ) -> T {
-        let answer: Arc<Mutex<Option<Result<tonic::Response<T>, Status>>>> = Arc::default();
+        let answer: Answer<T> = Arc::default();
         let given = answer.clone();
         let job: Job = Box::new(move |client| {
             Box::pin(async move {
@@ -313,6 +315,9 @@ fn align_task_numbers() {
     let number = || runtime.spawn(async {}).id().to_string().parse::<u64>();
     while number().is_ok_and(|number| (number + 1) % ROUND != 0) {}
 }
+
+/// Where an answer will be.
+type Answer<T> = Arc<Mutex<Option<Result<tonic::Response<T>, Status>>>>;
 
 /// An answer under way.
 pub type Asked<T> = LocalBoxFuture<'static, Result<tonic::Response<T>, Status>>;
