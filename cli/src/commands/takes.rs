@@ -32,7 +32,7 @@ enum Action {
     /// List the takes, the latest first
     List {
         /// Those of this server instead of a folder's
-        #[arg(long, value_name = "URL", conflicts_with = "folder")]
+        #[arg(long, value_name = "URL")]
         server: Option<ServerUrl>,
     },
     /// Say everything about one take

@@ -25,7 +25,7 @@ pub(crate) struct CalibrateArgs {
     #[command(flatten)]
     server: ServerOption,
     /// Use the walk in this take instead, without a server: its name or file
-    #[arg(long, value_name = "TAKE", conflicts_with_all = ["dry_run", "server"])]
+    #[arg(long, value_name = "TAKE", conflicts_with = "dry_run")]
     from: Option<PathBuf>,
     /// With --from: write the calibration to this file
     #[arg(long, value_name = "FILE", requires = "from")]
