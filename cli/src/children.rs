@@ -2,6 +2,7 @@
 //! does (`--exit-with-parent`), their log lines gathered, and ended in order by closing that pipe.
 
 use std::collections::VecDeque;
+use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::{ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -56,7 +57,9 @@ impl Child {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
-            .kill_on_drop(true);
+            .kill_on_drop(true)
+            // A terminal's Ctrl-C must not reach it, not even before it can handle one: its parent ends it.
+            .process_group(0);
         let mut process = command
             .spawn()
             .with_context(|| format!("cannot start {name} as a process"))?;
@@ -105,8 +108,10 @@ impl Child {
         if !self.reader.is_finished() {
             let _ = tokio::time::timeout(Duration::from_secs(1), &mut self.reader).await;
         }
+        let killed = status.as_ref().is_ok_and(|s| s.signal().is_some());
         let how = status.map_or_else(|error| error.to_string(), |status| status.to_string());
-        match self.log.last_words() {
+        // Who is killed has not said why: its last line is about something else.
+        match self.log.last_words().filter(|_| !killed) {
             Some(words) => anyhow!("{} ended: {words}", self.name),
             None => anyhow!("{} ended without a word ({how})", self.name),
         }

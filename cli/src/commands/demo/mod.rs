@@ -13,6 +13,7 @@ use clap::Args;
 use posefuse_proto::v1::{CalibrateRequest, StartTakeRequest, StopTakeRequest, Take};
 use serde::Serialize;
 use tokio_util::sync::CancellationToken;
+use tonic::Code;
 
 use self::fleet::Fleet;
 use super::{calibrate, record};
@@ -40,7 +41,7 @@ pub(crate) struct DemoArgs {
     /// How long the calibration watches the walk
     #[arg(long, value_name = "S", default_value = "20", value_parser = super::seconds)]
     walk: f64,
-    /// Leave the sensors where they are unknown, to calibrate from the dashboard
+    /// Leave it unknown where the sensors stand, to calibrate from the dashboard; records only with --seconds
     #[arg(long)]
     no_calibrate: bool,
     /// Do not open a browser
@@ -68,13 +69,20 @@ struct DemoView {
 
 /// How long the sensors may take to be live.
 const LIVE_WITHIN: Duration = Duration::from_secs(20);
+/// How long a signal that went to the whole group may take to reach this process.
+const HEAR_OF_SIGNAL: Duration = Duration::from_millis(50);
 
 pub(crate) async fn run(args: &DemoArgs, global: &Global) -> anyhow::Result<Outcome> {
     let stop = shutdown::on_signal()?;
     let mut fleet = Fleet::new(args, global.verbose > 0)?;
     let mut show = Show::default();
-    let shown = show.run(args, global, &mut fleet, &stop).await;
+    let mut shown = show.run(args, global, &mut fleet, &stop).await;
+    if shown.is_err() {
+        // A Ctrl-C that meets a child at its very start ends it before we have heard of it ourselves.
+        tokio::time::sleep(HEAR_OF_SIGNAL).await;
+    }
     if stop.is_cancelled() {
+        shown = Ok(());
         note("\nending: the take, the agents, the server");
     }
     let stopped = show.end_take().await;
@@ -140,13 +148,18 @@ impl Show {
         if stop.is_cancelled() {
             return Ok(());
         }
-        let take = room.start_take(take_request(args)).await;
-        let name = take
-            .map_err(|status| room::refused(&status))?
-            .into_inner()
-            .name;
-        self.recording = true;
-        note(format!("recording `{name}`; Ctrl-C ends the demo"));
+        // Nobody can calibrate while a take is recorded.
+        if args.no_calibrate && args.seconds.is_none() {
+            note(format!(
+                "press Calibrate on the dashboard, or run: posefuse calibrate --server {}\nthen Record; Ctrl-C ends the demo",
+                self.url
+            ));
+        } else {
+            let take = room.start_take(take_request(args)).await;
+            let take = take.map_err(|status| room::refused(&status))?.into_inner();
+            note(format!("recording `{}`; Ctrl-C ends the demo", take.name));
+            self.recording = true;
+        }
         live::show(
             &mut room,
             args.seconds.map(Duration::from_secs_f64),
@@ -213,15 +226,23 @@ impl Show {
         let Some(room) = &mut self.room else {
             return Ok(());
         };
-        let take = room.stop_take(StopTakeRequest {}).await;
-        self.take = Some(take.map_err(|status| room::refused(&status))?.into_inner());
+        match room.stop_take(StopTakeRequest {}).await {
+            Ok(take) => self.take = Some(take.into_inner()),
+            // Somebody has pressed Stop on the dashboard: the take is whole and among the takes.
+            Err(status) if status.code() == Code::FailedPrecondition => {}
+            Err(status) => return Err(room::refused(&status)),
+        }
         Ok(())
     }
 
     /// Says what is there now and how to look at it again.
     fn report(self, args: &DemoArgs, global: &Global) -> anyhow::Result<Outcome> {
         let Some(take) = &self.take else {
-            note("ended before a take was begun; nothing was recorded");
+            note(if self.recording {
+                "the take was stopped from elsewhere before; `posefuse takes` lists it"
+            } else {
+                "ended before a take was begun; nothing was recorded"
+            });
             return Ok(Outcome::Done);
         };
         let file = self.folder.join(format!("{}.mcap", take.name));
