@@ -2,7 +2,7 @@
 
 import { useState } from "preact/hooks";
 import { agentLine } from "../model/format";
-import { calibratedSensors, calibrating, connection, liveSensors, notify, peopleIds, replay, sensors, status } from "../state/store";
+import { calibratedSensors, calibrating, canCalibrate, connection, liveSensors, notify, peopleIds, replay, sensors, status } from "../state/store";
 import { openCalibrate } from "./keys";
 
 export function Empty() {
@@ -14,8 +14,8 @@ export function Empty() {
   if (calibratedSensors.value === 0 && calibrating.value.kind === "closed") {
     return (
       <div class="view-hint" data-testid="hint">
-        The sensors' places are not known yet.
-        <button type="button" class="primary" onClick={openCalibrate}>
+        The sensors' places are not known yet.{status.value.recording && " Stop the recording to calibrate."}
+        <button type="button" class="primary" disabled={!canCalibrate.value} onClick={openCalibrate}>
           Calibrate
         </button>
       </div>
