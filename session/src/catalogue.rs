@@ -1,11 +1,13 @@
 //! The takes of a folder: listing, naming, changing what the user wrote about one.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
 
 use mcap::records::{Record, op};
 
 use crate::container::{Container, Scan, check_start, read_record};
+use crate::draft::Draft;
 use crate::header::START;
 use crate::info::END;
 use crate::name::{EXTENSION, REWRITTEN, check_take_name, file_of};
@@ -78,35 +80,26 @@ impl Catalogue {
     pub fn update(storage: &Arc<dyn Storage>, name: &str, change: &TakeChange) -> Result<TakeInfo> {
         TakeReader::open(&**storage, name)?;
         let file = file_of(name)?;
-        let rewritten = format!("{name}{REWRITTEN}");
         let io = |error: io::Error| TakeError::io("change", name)(error);
-        let write = |error| TakeError::io("change", name)(io::Error::other(error));
+        let write = |error| io(io::Error::other(error));
         let source = storage.open(&file).map_err(io)?;
-        let mut out = Container::new(storage.create(&rewritten).map_err(io)?).map_err(write)?;
-        let edit = |metadata: &mut std::collections::BTreeMap<String, String>| {
+        let edit = |metadata: &mut BTreeMap<String, String>| {
             for (key, value) in [("slate", &change.slate), ("notes", &change.notes)] {
                 if let Some(value) = value {
                     metadata.insert(key.to_owned(), value.clone());
                 }
             }
         };
-        let copied = rewrite::copy(&*source, name, &mut out, &edit).and_then(|found| {
-            if let Some(loss) = found.losses.first() {
-                return Err(TakeError::damaged(name, loss.clone()));
-            }
-            out.metadata(END, found.end.unwrap_or_default())
-                .map_err(write)?;
-            out.finish().map_err(io)
-        });
-        drop(out);
-        match copied {
-            Ok(_) => storage.rename(&rewritten, &file).map_err(io)?,
-            Err(error) => {
-                storage.remove(&rewritten).map_err(io)?;
-                return Err(error);
-            }
+        let (draft, target) = Draft::create(storage, name).map_err(io)?;
+        let mut out = Container::new(target).map_err(write)?;
+        let found = rewrite::copy(&*source, name, &mut out, &edit)?;
+        if let Some(loss) = found.losses.first() {
+            return Err(TakeError::damaged(name, loss.clone()));
         }
-        storage.sync().map_err(io)?;
+        out.metadata(END, found.end.unwrap_or_default())
+            .map_err(write)?;
+        out.finish().map_err(io)?;
+        draft.replace().map_err(io)?;
         Ok(Self::info(&**storage, name))
     }
 }

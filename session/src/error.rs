@@ -60,6 +60,16 @@ pub enum TakeError {
     /// The take ended by itself; what was accepted before is in the file.
     #[error("the take has ended: {0}")]
     Ended(String),
+    /// A take that was fused again could not be written.
+    #[error(
+        "take `{name}` could not be made: {trouble}. Nothing of it is kept, and the old take is as it was: fuse it again"
+    )]
+    NotMade {
+        /// The new take.
+        name: String,
+        /// Why it ended.
+        trouble: String,
+    },
     /// The take folder cannot be used.
     #[error("take folder {place}: {source}; create it writable for this user, or name another one")]
     Folder {

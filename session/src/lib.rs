@@ -5,11 +5,12 @@
 //! times come in as data. All times in a file are nanoseconds since 1970 (server time + `unix_offset_ns`).
 //!
 //! Files of a take folder: `NAME.mcap` is a take (locked while it is being recorded), `NAME.mcap.new` is one that is
-//! being rewritten and can be thrown away.
+//! being written and could be made again; the next start throws it away.
 
 mod catalogue;
 mod container;
 mod convert;
+mod draft;
 mod error;
 mod header;
 mod info;

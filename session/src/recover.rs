@@ -4,6 +4,7 @@ use std::io;
 use std::sync::Arc;
 
 use crate::container::{Container, Index};
+use crate::draft::Draft;
 use crate::info::END;
 use crate::name::{EXTENSION, REWRITTEN, file_of};
 use crate::rewrite;
@@ -42,14 +43,17 @@ pub fn recover(storage: &Arc<dyn Storage>) -> Result<Vec<Recovery>> {
         place: storage.place(),
         source,
     };
-    let mut recoveries = Vec::new();
-    for stored in storage.list().map_err(folder)? {
-        if stored.file.ends_with(REWRITTEN) {
-            if !storage.is_being_written(&stored.file).unwrap_or(true) {
-                storage.remove(&stored.file).map_err(folder)?;
-            }
-            continue;
+    let files = storage.list().map_err(folder)?;
+    for draft in files
+        .iter()
+        .filter(|stored| stored.file.ends_with(REWRITTEN))
+    {
+        if !storage.is_being_written(&draft.file).unwrap_or(true) {
+            storage.remove(&draft.file).map_err(folder)?;
         }
+    }
+    let mut recoveries = Vec::new();
+    for stored in files {
         let Some(name) = stored.file.strip_suffix(EXTENSION) else {
             continue;
         };
@@ -66,7 +70,12 @@ pub fn recover(storage: &Arc<dyn Storage>) -> Result<Vec<Recovery>> {
 /// Repairs a take; `None`: there is nothing to repair.
 fn recover_one(storage: &Arc<dyn Storage>, name: &str) -> Option<RecoveryOutcome> {
     let outcome = match open_cut_off(&**storage, name) {
-        Ok(Some(file)) => repair(storage, name, &*file),
+        Ok(Some(file)) => {
+            repair(storage, name, &*file).map(|(info, lost_bytes)| RecoveryOutcome::Recovered {
+                info: Box::new(info),
+                lost_bytes,
+            })
+        }
         Ok(None) => return None,
         Err(error) => Err(error),
     };
@@ -88,33 +97,10 @@ fn open_cut_off(storage: &dyn Storage, name: &str) -> Result<Option<Arc<dyn Read
     Ok((!locked).then_some(opened))
 }
 
-fn repair(storage: &Arc<dyn Storage>, name: &str, file: &dyn ReadAt) -> Result<RecoveryOutcome> {
-    let rewritten = format!("{name}{REWRITTEN}");
+fn repair(storage: &Arc<dyn Storage>, name: &str, file: &dyn ReadAt) -> Result<(TakeInfo, u64)> {
     let io = |error: io::Error| TakeError::io("recover", name)(error);
-    let target = storage.create(&rewritten).map_err(io)?;
-    let result = repair_into(target, name, file);
-    match result {
-        Ok((info, lost_bytes)) => {
-            storage.rename(&rewritten, &file_of(name)?).map_err(io)?;
-            storage.sync().map_err(io)?;
-            Ok(RecoveryOutcome::Recovered {
-                info: Box::new(info),
-                lost_bytes,
-            })
-        }
-        Err(error) => {
-            storage.remove(&rewritten).map_err(io)?;
-            Err(error)
-        }
-    }
-}
-
-fn repair_into(
-    target: Box<dyn crate::storage::Append>,
-    name: &str,
-    file: &dyn ReadAt,
-) -> Result<(TakeInfo, u64)> {
-    let write = |error| TakeError::io("recover", name)(io::Error::other(error));
+    let write = |error| io(io::Error::other(error));
+    let (draft, target) = Draft::create(storage, name).map_err(io)?;
     let mut out = Container::new(target).map_err(write)?;
     let found = rewrite::copy(file, name, &mut out, &|_| {})?;
     let Some(header) = found.header else {
@@ -135,6 +121,7 @@ fn repair_into(
         ),
     };
     out.metadata(END, info.to_metadata()).map_err(write)?;
-    info.size_bytes = out.finish().map_err(TakeError::io("recover", name))?;
+    info.size_bytes = out.finish().map_err(io)?;
+    draft.replace().map_err(io)?;
     Ok((info, found.lost_bytes))
 }

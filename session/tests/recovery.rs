@@ -232,3 +232,43 @@ fn what_is_no_take_is_left_alone_and_named() {
     assert_eq!((list.len(), list[0].state), (1, TakeState::Damaged));
     assert!(!list[0].trouble.is_empty());
 }
+
+#[test]
+fn a_crash_during_recovery_costs_nothing() {
+    let whole = whole();
+    let cut_off = whole.bytes[..whole.chunks[6].0].to_vec();
+    let half_done = cut_off[..whole.chunks[2].0].to_vec();
+    let files = [("t.mcap", cut_off), ("t.mcap.new", half_done)];
+    let files = files.map(|(file, bytes)| (file.to_owned(), bytes));
+    let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::holding(files));
+    let recoveries = recover(&storage).unwrap();
+    assert!(
+        matches!(
+            recoveries[..],
+            [posefuse_session::Recovery {
+                outcome: RecoveryOutcome::Recovered { .. },
+                ..
+            }]
+        ),
+        "{recoveries:?}"
+    );
+    assert!(frames(&*storage) == whole.chunks[6].1);
+    assert_eq!(storage.list().unwrap().len(), 1);
+}
+
+#[test]
+fn what_another_process_is_writing_is_left_alone() {
+    let whole = whole();
+    let cut_off = (
+        "t.mcap".to_owned(),
+        whole.bytes[..whole.chunks[6].0].to_vec(),
+    );
+    let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::holding([cut_off]));
+    let _writing = storage.create("t.mcap.new").unwrap();
+    let recoveries = recover(&storage).unwrap();
+    assert!(
+        matches!(&recoveries[0].outcome, RecoveryOutcome::Damaged(why) if why.contains("t")),
+        "{recoveries:?}"
+    );
+    assert_eq!(storage.list().unwrap().len(), 2);
+}

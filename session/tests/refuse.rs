@@ -6,7 +6,9 @@ mod support;
 use std::sync::Arc;
 
 use posefuse_fusion::{Config, FuseMethod};
-use posefuse_session::{MemoryStorage, RefuseOptions, Storage, TakeReader, Topic, refuse};
+use posefuse_session::{
+    Catalogue, MemoryStorage, RefuseOptions, Storage, TakeError, TakeReader, Topic, recover, refuse,
+};
 use support::{BUILD, calibration, record};
 
 fn same() -> RefuseOptions {
@@ -130,4 +132,112 @@ fn another_calibration_replaces_the_recorded_ones() {
     assert!(!frames.iter().any(uses_cam3));
     let again = refuse(&storage, "moved", &same(), &mut |_| {}).unwrap();
     assert!(again.identical, "{again:?}");
+}
+
+fn files_of(storage: &dyn Storage) -> Vec<String> {
+    let files = storage.list().unwrap();
+    files.into_iter().map(|stored| stored.file).collect()
+}
+
+/// A take, and the same one with a byte changed in the last chunk that holds inputs.
+fn whole_and_damaged() -> (Vec<u8>, Vec<u8>) {
+    let memory = MemoryStorage::new();
+    let storage: Arc<dyn Storage> = Arc::new(memory.clone());
+    record(&storage, "t", 1.0, 40.0, 1);
+    let whole = memory.read("t.mcap").unwrap();
+    let summary = mcap::Summary::read(&whole).unwrap().unwrap();
+    let late = &summary.chunk_indexes[summary.chunk_indexes.len() - 2];
+    let mut damaged = whole.clone();
+    damaged[(late.chunk_start_offset + late.chunk_length) as usize - 20] ^= 0x40;
+    (whole, damaged)
+}
+
+#[test]
+fn half_a_new_take_is_no_take() {
+    let (whole, damaged) = whole_and_damaged();
+    // An input that cannot be read ends it late.
+    let holding = |bytes: Vec<u8>| MemoryStorage::holding([("t.mcap".to_owned(), bytes)]);
+    let storage: Arc<dyn Storage> = Arc::new(holding(damaged));
+    let failed = refuse(&storage, "t", &same(), &mut |_| {});
+    assert!(
+        matches!(failed, Err(TakeError::Damaged { .. })),
+        "{failed:?}"
+    );
+    assert_eq!(files_of(&*storage), ["t.mcap"]);
+
+    // After a kill at any moment the next start throws away what there is.
+    let memory = holding(whole);
+    let storage: Arc<dyn Storage> = Arc::new(memory.clone());
+    let mut killed = Vec::new();
+    refuse(&storage, "t", &same(), &mut |at| {
+        if at.done > at.total / 2 && killed.len() < 2 {
+            killed.push(Arc::new(memory.after_kill()));
+        }
+    })
+    .unwrap();
+    let named = RefuseOptions {
+        name: Some("t-refused".into()),
+        ..same()
+    };
+    for (at, after) in killed.into_iter().enumerate() {
+        let after: Arc<dyn Storage> = after;
+        assert_eq!(files_of(&*after).len(), 2, "the kill came in between");
+        assert_eq!(Catalogue::list(&*after).unwrap().len(), 1);
+        // Without a start in between it is in nobody's way, either.
+        if at == 0 {
+            assert!(recover(&after).unwrap().is_empty());
+            assert_eq!(files_of(&*after), ["t.mcap"]);
+        }
+        assert!(refuse(&after, "t", &named, &mut |_| {}).unwrap().identical);
+        assert_eq!(files_of(&*after), ["t-refused.mcap", "t.mcap"]);
+    }
+}
+
+#[test]
+fn a_disk_that_fills_up_leaves_no_half_take() {
+    let (whole, _) = whole_and_damaged();
+    let memory = MemoryStorage::with_capacity(400_000_000, true);
+    let storage: Arc<dyn Storage> = Arc::new(memory.clone());
+    storage.create("t.mcap").unwrap().append(&whole).unwrap();
+    let failed = refuse(&storage, "t", &same(), &mut |at| {
+        if at.done > at.total / 2 {
+            memory.occupied_by_others(u64::MAX);
+        }
+    });
+    let error = failed.unwrap_err().to_string();
+    assert!(
+        error.contains("free") && error.contains("t-refused"),
+        "{error}"
+    );
+    assert_eq!(files_of(&*storage), ["t.mcap"]);
+}
+
+#[test]
+fn an_existing_take_is_not_replaced() {
+    let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::new());
+    record(&storage, "t", 0.2, 0.9, 1);
+    record(&storage, "other", 0.2, 0.7, 1);
+    let before = frames_of(&*storage, "other");
+    let named = RefuseOptions {
+        name: Some("other".into()),
+        ..same()
+    };
+    let failed = refuse(&storage, "t", &named, &mut |_| {});
+    assert!(matches!(failed, Err(TakeError::Exists(name)) if name == "other"));
+    // One that comes while the new take is being made stays, too.
+    let late = RefuseOptions {
+        name: Some("late".into()),
+        ..same()
+    };
+    let mut came = false;
+    let failed = refuse(&storage, "t", &late, &mut |_| {
+        if !came {
+            came = true;
+            record(&storage, "late", 0.2, 0.7, 1);
+        }
+    });
+    assert!(matches!(failed, Err(TakeError::Exists(name)) if name == "late"));
+    assert_eq!(frames_of(&*storage, "other"), before);
+    assert_eq!(frames_of(&*storage, "late"), before);
+    assert_eq!(files_of(&*storage), ["late.mcap", "other.mcap", "t.mcap"]);
 }

@@ -17,8 +17,8 @@ use plan::Plan;
 use crate::storage::Storage;
 use crate::writer::TakeOptions;
 use crate::{
-    Catalogue, Entries, Entry, Recorded, Result, TakeHeader, TakeInfo, TakeReader, TakeWriter,
-    Topic,
+    Catalogue, Entries, Entry, Recorded, Result, TakeError, TakeHeader, TakeInfo, TakeReader,
+    TakeWriter, Topic,
 };
 
 /// Between two flushes of the new take, nanoseconds of take time: it can be made again, so a crash may cost more.
@@ -87,7 +87,7 @@ pub fn refuse(
     progress: &mut dyn FnMut(RefuseProgress),
 ) -> Result<RefuseReport> {
     let old = TakeReader::open(&**storage, name)?;
-    let plan = Plan::new(&old, options)?;
+    let (plan, engine) = Plan::new(&old, options)?;
     let new_name = match &options.name {
         Some(name) => name.clone(),
         None => Catalogue::unused_name(&**storage, &format!("{name}-refused"))?,
@@ -104,10 +104,16 @@ pub fn refuse(
         ..TakeOptions::default()
     };
     let snapshot = plan.snapshot.as_ref();
-    let writer =
-        TakeWriter::create_with(storage, header, &plan.preamble, snapshot, writer_options)?;
-    let mut run = Run {
-        engine: plan.engine,
+    let not_made = {
+        let name = header.name.clone();
+        |error| match error {
+            TakeError::Ended(trouble) => TakeError::NotMade { name, trouble },
+            error => error,
+        }
+    };
+    let writer = TakeWriter::draft(storage, header, &plan.preamble, snapshot, writer_options)?;
+    let run = Run {
+        engine,
         writer,
         recorded: old.entries(&[Topic::Frames], None),
         inputs: 0,
@@ -116,27 +122,7 @@ pub fn refuse(
         first_difference: None,
         surplus_after: None,
     };
-    // A snapshot may hold frames that had not been taken yet.
-    run.drain()?;
-    let total = old.count(Topic::Inputs);
-    let mut skip = plan.recorded_beginning;
-    for entry in old.entries(&[Topic::Inputs, Topic::Events, Topic::Truth], None) {
-        match entry?.decode()? {
-            Recorded::Input(_) | Recorded::State(_) if skip > 0 => skip -= 1,
-            Recorded::Input(Input::Calibration(_)) if plan.other_calibration => {}
-            Recorded::Input(input) if plan.own_ticks => run.input_with_own_ticks(input)?,
-            Recorded::Input(input) => run.input(input)?,
-            Recorded::Event(event) => run.writer.event(&event)?,
-            Recorded::Truth(truth) => run.writer.truth(&truth)?,
-            _ => {}
-        }
-        if run.inputs.is_multiple_of(PROGRESS_EVERY) {
-            let done = run.inputs.min(total);
-            progress(RefuseProgress { done, total });
-        }
-    }
-    progress(RefuseProgress { done: total, total });
-    run.finish(plan.snapshot.is_some())
+    run.all(&old, &plan, progress).map_err(not_made)
 }
 
 struct Run {
@@ -152,6 +138,35 @@ struct Run {
 }
 
 impl Run {
+    fn all(
+        mut self,
+        old: &TakeReader,
+        plan: &Plan,
+        progress: &mut dyn FnMut(RefuseProgress),
+    ) -> Result<RefuseReport> {
+        // A snapshot may hold frames that had not been taken yet.
+        self.drain()?;
+        let total = old.count(Topic::Inputs);
+        let mut skip = plan.recorded_beginning;
+        for entry in old.entries(&[Topic::Inputs, Topic::Events, Topic::Truth], None) {
+            match entry?.decode()? {
+                Recorded::Input(_) | Recorded::State(_) if skip > 0 => skip -= 1,
+                Recorded::Input(Input::Calibration(_)) if plan.other_calibration => {}
+                Recorded::Input(input) if plan.own_ticks => self.input_with_own_ticks(input)?,
+                Recorded::Input(input) => self.input(input)?,
+                Recorded::Event(event) => self.writer.event(&event)?,
+                Recorded::Truth(truth) => self.writer.truth(&truth)?,
+                _ => {}
+            }
+            if self.inputs.is_multiple_of(PROGRESS_EVERY) {
+                let done = self.inputs.min(total);
+                progress(RefuseProgress { done, total });
+            }
+        }
+        progress(RefuseProgress { done: total, total });
+        self.finish(plan.snapshot.is_some())
+    }
+
     fn input(&mut self, input: Input) -> Result<()> {
         self.writer.input(&input)?;
         self.inputs += 1;
@@ -160,6 +175,7 @@ impl Run {
         self.drain()?;
         if let Some(time) = time {
             self.writer.flush(time)?;
+            self.writer.check_going_on()?;
         }
         Ok(())
     }
@@ -245,7 +261,7 @@ impl Run {
             self.first_difference = None;
         }
         Ok(RefuseReport {
-            take: self.writer.finish()?,
+            take: self.writer.publish()?,
             inputs: self.inputs,
             recorded_frames: self.recorded_frames,
             frames: self.frames,

@@ -10,7 +10,6 @@ use crate::{EngineState, Result, TakeError, TakeReader};
 
 /// What will be fused, with what, from where.
 pub(super) struct Plan {
-    pub(super) engine: Engine,
     pub(super) config_toml: String,
     pub(super) calibration: Option<Calibration>,
     pub(super) other_calibration: bool,
@@ -22,7 +21,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    pub(super) fn new(old: &TakeReader, options: &RefuseOptions) -> Result<Self> {
+    pub(super) fn new(old: &TakeReader, options: &RefuseOptions) -> Result<(Self, Engine)> {
         let header = old.header();
         let wrong = |problem: String| TakeError::Config {
             name: header.name.clone(),
@@ -71,8 +70,7 @@ impl Plan {
             Some((engine, state)) => (engine, Some(state)),
             None => (cold(config, &preamble), None),
         };
-        Ok(Self {
-            engine,
+        let plan = Self {
             config_toml,
             calibration,
             other_calibration,
@@ -80,7 +78,8 @@ impl Plan {
             snapshot,
             preamble,
             recorded_beginning,
-        })
+        };
+        Ok((plan, engine))
     }
 }
 

@@ -6,7 +6,8 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rustix::fs::FallocateFlags;
+use rustix::fs::{CWD, FallocateFlags, RenameFlags};
+use rustix::io::Errno;
 
 use super::{Append, ReadAt, Storage, Stored, check};
 use crate::{Result, TakeError};
@@ -105,6 +106,17 @@ impl Storage for DiskStorage {
 
     fn rename(&self, from: &str, to: &str) -> io::Result<()> {
         fs::rename(self.path(from)?, self.path(to)?)?;
+        self.sync()
+    }
+
+    fn rename_new(&self, from: &str, to: &str) -> io::Result<()> {
+        let (from, to) = (self.path(from)?, self.path(to)?);
+        match rustix::fs::renameat_with(CWD, &from, CWD, &to, RenameFlags::NOREPLACE) {
+            // This file system cannot do both in one step.
+            Err(Errno::INVAL | Errno::NOSYS) if !to.try_exists()? => fs::rename(from, to)?,
+            Err(Errno::INVAL | Errno::NOSYS) => return Err(io::ErrorKind::AlreadyExists.into()),
+            renamed => renamed?,
+        }
         self.sync()
     }
 

@@ -61,6 +61,13 @@ impl Disk {
             .get(file)
             .ok_or_else(|| io::ErrorKind::NotFound.into())
     }
+
+    fn rename(&mut self, from: &str, to: &str) -> io::Result<()> {
+        let contents = self.find(from)?.clone();
+        self.files.remove(from);
+        self.files.insert(to.to_owned(), contents);
+        Ok(())
+    }
 }
 
 impl MemoryStorage {
@@ -169,11 +176,16 @@ impl Storage for MemoryStorage {
 
     fn rename(&self, from: &str, to: &str) -> io::Result<()> {
         check(to)?;
+        lock(&self.disk).rename(from, to)
+    }
+
+    fn rename_new(&self, from: &str, to: &str) -> io::Result<()> {
+        check(to)?;
         let mut disk = lock(&self.disk);
-        let contents = disk.find(from)?.clone();
-        disk.files.remove(from);
-        disk.files.insert(to.to_owned(), contents);
-        Ok(())
+        if disk.files.contains_key(to) {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+        disk.rename(from, to)
     }
 
     fn remove(&self, file: &str) -> io::Result<()> {

@@ -21,6 +21,8 @@ pub trait Storage: Send + Sync {
     fn list(&self) -> io::Result<Vec<Stored>>;
     /// Renames a file, over another one if that exists, so that a crash leaves the one or the other.
     fn rename(&self, from: &str, to: &str) -> io::Result<()>;
+    /// Renames a file; `ErrorKind::AlreadyExists` if `to` exists.
+    fn rename_new(&self, from: &str, to: &str) -> io::Result<()>;
     /// Removes a file.
     fn remove(&self, file: &str) -> io::Result<()>;
     /// Bytes that are free for this user.

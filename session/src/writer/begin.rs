@@ -1,17 +1,107 @@
 //! The beginning of a take: its description, the channels, the engine's snapshot and what sets the scene.
 
 use std::collections::BTreeMap;
+use std::io;
+use std::sync::Arc;
 
 use posefuse_fusion::Input;
+use posefuse_skeleton::Timestamp;
 
-use super::{TakeWriter, unwritable};
+use super::{Flushed, TakeOptions, TakeWriter, unwritable};
 use crate::container::{Container, NewChannel, Pushed};
+use crate::draft::Draft;
 use crate::header::{CALIBRATION, CONFIG, START, calibration_to_text};
+use crate::name::file_of;
 use crate::schema::schema_of;
-use crate::{EngineState, Result, TakeError, Topic, convert};
+use crate::storage::{Append, Storage};
+use crate::tally::Tally;
+use crate::{EngineState, Result, TakeError, TakeHeader, Topic, convert};
 
 impl TakeWriter {
-    pub(super) fn begin(&mut self, preamble: &[Input], state: Option<&EngineState>) -> Result<()> {
+    /// Begins a take with the usual options.
+    ///
+    /// `preamble` is what an engine must be told before the first live input (`Engine::preamble`); `state` is its
+    /// snapshot at that instant, which makes a take that began mid-stream fuse again to the same bytes.
+    pub fn create(
+        storage: &Arc<dyn Storage>,
+        header: TakeHeader,
+        preamble: &[Input],
+        state: Option<&EngineState>,
+    ) -> Result<Self> {
+        Self::create_with(storage, header, preamble, state, TakeOptions::default())
+    }
+
+    /// Begins a take.
+    pub fn create_with(
+        storage: &Arc<dyn Storage>,
+        header: TakeHeader,
+        preamble: &[Input],
+        state: Option<&EngineState>,
+        options: TakeOptions,
+    ) -> Result<Self> {
+        let file_name = file_of(&header.name)?;
+        check_space(&**storage, &header, &options)?;
+        let file = storage
+            .create(&file_name)
+            .map_err(cannot_begin(&header.name))?;
+        let mut writer = Self::new(storage, file, header, options)?;
+        if let Err(error) = writer.begin(preamble, state) {
+            drop(writer);
+            // A take that never began is no take; if even this fails, the next start's recovery names the file.
+            let _ = storage.remove(&file_name);
+            return Err(error);
+        }
+        Ok(writer)
+    }
+
+    /// Begins a take that can be made again: it is none before [`TakeWriter::publish`].
+    pub(crate) fn draft(
+        storage: &Arc<dyn Storage>,
+        header: TakeHeader,
+        preamble: &[Input],
+        state: Option<&EngineState>,
+        options: TakeOptions,
+    ) -> Result<Self> {
+        check_space(&**storage, &header, &options)?;
+        if storage.open(&file_of(&header.name)?).is_ok() {
+            return Err(TakeError::Exists(header.name));
+        }
+        let (draft, file) =
+            Draft::create(storage, &header.name).map_err(cannot_begin(&header.name))?;
+        let mut writer = Self::new(storage, file, header, options)?;
+        writer.draft = Some(draft);
+        writer.begin(preamble, state)?;
+        Ok(writer)
+    }
+
+    fn new(
+        storage: &Arc<dyn Storage>,
+        file: Box<dyn Append>,
+        header: TakeHeader,
+        options: TakeOptions,
+    ) -> Result<Self> {
+        let container = Container::new(file).map_err(|error| unwritable(&header.name, error))?;
+        Ok(Self {
+            storage: storage.clone(),
+            options,
+            now: Timestamp::from_ns(header.start_ns()),
+            container,
+            draft: None,
+            sequences: Default::default(),
+            tally: Tally::default(),
+            inputs: 0,
+            dropped: 0,
+            calibration: header.calibration.clone().map(Arc::new),
+            next_scene: 0,
+            next_transforms: 0,
+            last_flush: None,
+            durable: Flushed::default(),
+            finished: None,
+            header,
+        })
+    }
+
+    fn begin(&mut self, preamble: &[Input], state: Option<&EngineState>) -> Result<()> {
         self.write_start(preamble.len())?;
         let start = self.start_unix_ns();
         if let Some(state) = state {
@@ -70,5 +160,26 @@ impl TakeWriter {
             Ok(())
         };
         write(&mut self.container).map_err(|error| unwritable(&self.header.name, error))
+    }
+}
+
+fn check_space(storage: &dyn Storage, header: &TakeHeader, options: &TakeOptions) -> Result<()> {
+    let free_bytes = storage
+        .free_bytes()
+        .map_err(TakeError::io("begin", &header.name))?;
+    if free_bytes < options.min_free_bytes {
+        return Err(TakeError::DiskLow {
+            place: storage.place(),
+            free_bytes,
+            needed_bytes: options.min_free_bytes,
+        });
+    }
+    Ok(())
+}
+
+fn cannot_begin(name: &str) -> impl FnOnce(io::Error) -> TakeError {
+    move |error| match error.kind() {
+        io::ErrorKind::AlreadyExists => TakeError::Exists(name.to_owned()),
+        _ => TakeError::io("begin", name)(error),
     }
 }

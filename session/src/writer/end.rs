@@ -63,6 +63,21 @@ impl TakeWriter {
         }
         Ok(self.finished.unwrap_or_default())
     }
+
+    /// Ends a take begun with [`TakeWriter::draft`] and gives it its name. One that ended by itself is an error:
+    /// nothing of it is kept.
+    pub(crate) fn publish(mut self) -> Result<TakeInfo> {
+        self.check_going_on()?;
+        self.close("")?;
+        let name = &self.header.name;
+        if let Some(draft) = self.draft.take() {
+            draft.publish().map_err(|error| match error.kind() {
+                io::ErrorKind::AlreadyExists => TakeError::Exists(name.clone()),
+                _ => TakeError::io("end", name)(error),
+            })?;
+        }
+        Ok(self.finished.unwrap_or_default())
+    }
 }
 
 pub(super) fn disk_trouble(error: &io::Error) -> String {

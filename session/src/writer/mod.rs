@@ -18,12 +18,10 @@ use posefuse_skeleton::{Calibration, RoomFrame, Timestamp};
 use prost::Message;
 
 use crate::container::{Container, Pushed};
-use crate::name::file_of;
+use crate::draft::Draft;
 use crate::storage::Storage;
 use crate::tally::Tally;
-use crate::{
-    EngineState, Event, Result, TakeError, TakeHeader, TakeInfo, Topic, Truth, convert, scene,
-};
+use crate::{Event, Result, TakeError, TakeHeader, TakeInfo, Topic, Truth, convert, scene};
 
 use end::disk_trouble;
 pub use options::{Flushed, TakeOptions};
@@ -39,6 +37,8 @@ pub struct TakeWriter {
     options: TakeOptions,
     header: TakeHeader,
     container: Container,
+    /// The file's name for now, if the take can be made again.
+    draft: Option<Draft>,
     sequences: [u32; Topic::ALL.len()],
     /// The latest server time seen: for messages without a time of their own.
     now: Timestamp,
@@ -54,71 +54,6 @@ pub struct TakeWriter {
 }
 
 impl TakeWriter {
-    /// Begins a take with the usual options.
-    ///
-    /// `preamble` is what an engine must be told before the first live input (`Engine::preamble`); `state` is its
-    /// snapshot at that instant, which makes a take that began mid-stream fuse again to the same bytes.
-    pub fn create(
-        storage: &Arc<dyn Storage>,
-        header: TakeHeader,
-        preamble: &[Input],
-        state: Option<&EngineState>,
-    ) -> Result<Self> {
-        Self::create_with(storage, header, preamble, state, TakeOptions::default())
-    }
-
-    /// Begins a take.
-    pub fn create_with(
-        storage: &Arc<dyn Storage>,
-        header: TakeHeader,
-        preamble: &[Input],
-        state: Option<&EngineState>,
-        options: TakeOptions,
-    ) -> Result<Self> {
-        let file_name = file_of(&header.name)?;
-        let free_bytes = storage
-            .free_bytes()
-            .map_err(TakeError::io("begin", &header.name))?;
-        if free_bytes < options.min_free_bytes {
-            return Err(TakeError::DiskLow {
-                place: storage.place(),
-                free_bytes,
-                needed_bytes: options.min_free_bytes,
-            });
-        }
-        let file = storage
-            .create(&file_name)
-            .map_err(|error| match error.kind() {
-                io::ErrorKind::AlreadyExists => TakeError::Exists(header.name.clone()),
-                _ => TakeError::io("begin", &header.name)(error),
-            })?;
-        let container = Container::new(file).map_err(|error| unwritable(&header.name, error))?;
-        let mut writer = Self {
-            storage: storage.clone(),
-            options,
-            now: Timestamp::from_ns(header.start_ns()),
-            container,
-            sequences: Default::default(),
-            tally: Tally::default(),
-            inputs: 0,
-            dropped: 0,
-            calibration: header.calibration.clone().map(Arc::new),
-            next_scene: 0,
-            next_transforms: 0,
-            last_flush: None,
-            durable: Flushed::default(),
-            finished: None,
-            header,
-        };
-        if let Err(error) = writer.begin(preamble, state) {
-            drop(writer);
-            // A take that never began is no take; if even this fails, the next start's recovery names the file.
-            let _ = storage.remove(&file_name);
-            return Err(error);
-        }
-        Ok(writer)
-    }
-
     fn start_unix_ns(&self) -> u64 {
         self.header
             .unix_ns(Timestamp::from_ns(self.header.start_ns()))
@@ -222,9 +157,7 @@ impl TakeWriter {
         publish_time: u64,
         data: &[u8],
     ) -> Result<()> {
-        if let Some(ended) = &self.finished {
-            return Err(TakeError::Ended(ended.trouble.clone()));
-        }
+        self.check_going_on()?;
         let header = MessageHeader {
             channel_id: topic as u16 + 1,
             sequence: self.sequences[topic as usize],
@@ -240,6 +173,13 @@ impl TakeWriter {
             self.push()?;
         }
         Ok(())
+    }
+
+    pub(crate) fn check_going_on(&self) -> Result<()> {
+        match &self.finished {
+            Some(ended) => Err(TakeError::Ended(ended.trouble.clone())),
+            None => Ok(()),
+        }
     }
 
     /// Moves closed chunks to the file; ends the take when the disk does not take more.
