@@ -1,7 +1,7 @@
 //! A person's joints as plain arrays in the room frame: what the hot path works on.
 
 use nalgebra::Vector3;
-use posefuse_skeleton::{JOINT_COUNT, Joint};
+use posefuse_skeleton::{JOINT_COUNT, Joint, SIDE_PAIRS};
 use serde::{Deserialize, Serialize};
 
 /// Joints in the room frame, metres. A joint whose bit in `mask` is 0 is missing and its entries mean nothing.
@@ -62,62 +62,31 @@ impl Body {
 /// exchange left and right of each alone, too.
 pub(crate) type Halves<T> = [T; 2];
 
-/// Upper and lower, in the order of [`Halves`].
-pub(crate) const HALVES: Halves<&[(usize, usize)]> = [
-    SIDE_PAIRS.split_at(UPPER_PAIRS).0,
-    SIDE_PAIRS.split_at(UPPER_PAIRS).1,
-];
-
-/// The pairs of the halves that are set.
-pub(crate) fn pairs(halves: Halves<bool>) -> impl Iterator<Item = (usize, usize)> {
-    let chosen = HALVES.into_iter().zip(halves).filter(|(_, chosen)| *chosen);
-    chosen.flat_map(|(pairs, _)| pairs.iter().copied())
-}
+/// Left and right joints of the upper half and of the lower, in the order of [`Halves`].
+pub(crate) const HALVES: Halves<&[(Joint, Joint)]> = {
+    let (upper, lower) = SIDE_PAIRS.split_at(UPPER_PAIRS);
+    [upper, lower]
+};
 
 /// How many of the pairs belong to the upper half.
 const UPPER_PAIRS: usize = 6;
 
-/// Numbers of the left and right joint of each pair, the upper half first.
-const SIDE_PAIRS: &[(usize, usize); 10] = &[
-    (Joint::ShoulderLeft as usize, Joint::ShoulderRight as usize),
-    (Joint::ElbowLeft as usize, Joint::ElbowRight as usize),
-    (Joint::WristLeft as usize, Joint::WristRight as usize),
-    (Joint::HandLeft as usize, Joint::HandRight as usize),
-    (Joint::HandTipLeft as usize, Joint::HandTipRight as usize),
-    (Joint::ThumbLeft as usize, Joint::ThumbRight as usize),
-    (Joint::HipLeft as usize, Joint::HipRight as usize),
-    (Joint::KneeLeft as usize, Joint::KneeRight as usize),
-    (Joint::AnkleLeft as usize, Joint::AnkleRight as usize),
-    (Joint::FootLeft as usize, Joint::FootRight as usize),
-];
-
-/// For each joint number, the number of its mirror image.
-pub(crate) const MIRROR: [usize; JOINT_COUNT] = {
-    let mut table = [0; JOINT_COUNT];
-    let mut index = 0;
-    while index < JOINT_COUNT {
-        table[index] = index;
-        index += 1;
-    }
-    let mut pair = 0;
-    while pair < SIDE_PAIRS.len() {
-        let (left, right) = SIDE_PAIRS[pair];
-        table[left] = right;
-        table[right] = left;
-        pair += 1;
-    }
-    table
-};
+/// Numbers of the left and right joints of the halves that are set.
+pub(crate) fn pairs(halves: Halves<bool>) -> impl Iterator<Item = (usize, usize)> {
+    let chosen = HALVES.into_iter().zip(halves).filter(|(_, chosen)| *chosen);
+    chosen
+        .flat_map(|(pairs, _)| pairs)
+        .map(|(left, right)| (*left as usize, *right as usize))
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn the_table_is_that_of_the_joints() {
-        for joint in Joint::ALL {
-            assert_eq!(MIRROR[joint as usize], joint.mirrored() as usize);
-        }
+    fn arms_are_the_upper_half_and_legs_the_lower() {
+        let first = |half: usize| HALVES[half][0].0;
+        assert_eq!([first(0), first(1)], [Joint::ShoulderLeft, Joint::HipLeft]);
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! The simulated room: people, sensors, and the truth about both.
 
-use posefuse_skeleton::{JointMap, Position, Room, Sensor, Transform};
+use posefuse_skeleton::{
+    Calibration, FloorSource, JointMap, Position, Room, Sensor, SensorPose, Transform,
+};
 use thiserror::Error;
 
 use std::sync::Arc;
@@ -119,6 +121,26 @@ impl World {
     /// Where sensor `index` truly stands.
     pub fn room_from_sensor(&self, index: usize) -> Transform<Room, Sensor> {
         self.sensors[index].room_from_sensor
+    }
+
+    /// Where all sensors truly stand, as a calibration without a date.
+    pub fn true_calibration(&self) -> Calibration {
+        let pose = |mount: &Mount| {
+            let pose = SensorPose {
+                room_from_sensor: mount.room_from_sensor,
+                time_offset_ns: 0,
+                residual_median_m: 0.0,
+                residual_p95_m: 0.0,
+                samples: 0,
+            };
+            (mount.name.clone(), pose)
+        };
+        Calibration {
+            created: String::new(),
+            method: "truth".to_owned(),
+            floor: FloorSource::Manual,
+            sensors: self.sensors.iter().map(pose).collect(),
+        }
     }
 
     /// The clock of the agent of sensor `index`, as it truly is.

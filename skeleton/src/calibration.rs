@@ -37,7 +37,8 @@ pub enum FloorSource {
 pub struct SensorPose {
     /// Takes points of the sensor's optical frame to the room.
     pub room_from_sensor: Transform<Room, Sensor>,
-    /// What is left of the sensor's delay after clock mapping, added to its capture times.
+    /// What is left of the sensor's delay after clock mapping, added to its capture times. Only differences between
+    /// sensors count: calibration gives, and the engine takes, the largest of a room as 0.
     pub time_offset_ns: i64,
     /// Median distance between this sensor's joints and the other sensors', metres.
     pub residual_median_m: f64,

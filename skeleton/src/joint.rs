@@ -50,31 +50,8 @@ impl Joint {
     ];
 
     /// The same joint on the other side of the body; the joint itself on the middle line.
-    pub fn mirrored(self) -> Self {
-        use Joint::*;
-        match self {
-            ShoulderLeft => ShoulderRight,
-            ElbowLeft => ElbowRight,
-            WristLeft => WristRight,
-            HandLeft => HandRight,
-            HipLeft => HipRight,
-            KneeLeft => KneeRight,
-            AnkleLeft => AnkleRight,
-            FootLeft => FootRight,
-            HandTipLeft => HandTipRight,
-            ThumbLeft => ThumbRight,
-            ShoulderRight => ShoulderLeft,
-            ElbowRight => ElbowLeft,
-            WristRight => WristLeft,
-            HandRight => HandLeft,
-            HipRight => HipLeft,
-            KneeRight => KneeLeft,
-            AnkleRight => AnkleLeft,
-            FootRight => FootLeft,
-            HandTipRight => HandTipLeft,
-            ThumbRight => ThumbLeft,
-            SpineBase | SpineMid | SpineShoulder | Neck | Head => self,
-        }
+    pub const fn mirrored(self) -> Self {
+        MIRRORED[self as usize]
     }
 
     /// The next joint towards [`Joint::SpineBase`], which itself has none.
@@ -101,6 +78,37 @@ impl FromStr for Joint {
         })
     }
 }
+
+/// The joints that come in pairs, the person's left one first: the six pairs of arms and shoulders, then the four of
+/// legs and hips.
+pub const SIDE_PAIRS: [(Joint, Joint); 10] = {
+    use Joint::*;
+    [
+        (ShoulderLeft, ShoulderRight),
+        (ElbowLeft, ElbowRight),
+        (WristLeft, WristRight),
+        (HandLeft, HandRight),
+        (HandTipLeft, HandTipRight),
+        (ThumbLeft, ThumbRight),
+        (HipLeft, HipRight),
+        (KneeLeft, KneeRight),
+        (AnkleLeft, AnkleRight),
+        (FootLeft, FootRight),
+    ]
+};
+
+/// For each joint the one on the other side.
+const MIRRORED: [Joint; JOINT_COUNT] = {
+    let mut table = Joint::ALL;
+    let mut pair = 0;
+    while pair < SIDE_PAIRS.len() {
+        let (left, right) = SIDE_PAIRS[pair];
+        table[left as usize] = right;
+        table[right as usize] = left;
+        pair += 1;
+    }
+    table
+};
 
 /// Two joints at a fixed distance in a living body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,6 +166,19 @@ mod tests {
             assert_eq!(joint.name().parse::<Joint>().unwrap(), joint);
         }
         assert!("Nose".parse::<Joint>().is_err());
+    }
+
+    #[test]
+    fn pairs_are_what_the_names_say() {
+        for joint in Joint::ALL {
+            let name = joint.name();
+            let other = match (name.strip_suffix("Left"), name.strip_suffix("Right")) {
+                (Some(part), _) => format!("{part}Right"),
+                (_, Some(part)) => format!("{part}Left"),
+                _ => name.to_owned(),
+            };
+            assert_eq!(joint.mirrored().name(), other);
+        }
     }
 
     #[test]

@@ -18,7 +18,7 @@ mod track;
 pub use calibration::{Calibration, FloorSource, SensorPose};
 pub use confidence::{Confidence, ConfidenceError};
 pub use frame::{Frame, Position, Room, Sensor, Transform};
-pub use joint::{BONES, Bone, JOINT_COUNT, Joint};
+pub use joint::{BONES, Bone, JOINT_COUNT, Joint, SIDE_PAIRS};
 pub use joint_set::{JointSet, Mapping, RawJoint, UnknownJointSet};
 pub use observation::{Body, Observation};
 pub use sensor::{SensorId, SensorIdError, SensorInfo, SensorSet};

@@ -16,8 +16,13 @@ pub struct Observation {
     pub captured: AgentTime,
     /// When the server took it in, in the server's clock.
     pub received: Timestamp,
-    /// The bodies, in the order the tracker gave them.
+    /// The bodies, in the order the tracker gave them: at most [`Observation::MAX_BODIES`], each tracking id once.
     pub bodies: Vec<Body>,
+}
+
+impl Observation {
+    /// Most bodies of one frame. Trackers of this class follow six.
+    pub const MAX_BODIES: usize = 16;
 }
 
 /// A person as one sensor sees it in one frame.

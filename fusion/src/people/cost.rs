@@ -1,7 +1,8 @@
 //! How far a body is from a track.
 
-use crate::body::{Body, MIRROR};
-use posefuse_skeleton::JOINT_COUNT;
+use posefuse_skeleton::{JOINT_COUNT, Joint};
+
+use crate::body::Body;
 
 /// No single joint counts as further off than this, metres.
 const CLIP_M: f64 = 1.5;
@@ -12,7 +13,8 @@ const MIN_COMMON: usize = 3;
 /// common joints.
 pub(crate) fn distance(body: &Body, predicted: &Body) -> Option<f64> {
     let (mut as_is, mut mirrored, mut weights, mut count) = (0.0, 0.0, 0.0, 0);
-    for (index, other) in MIRROR.into_iter().enumerate() {
+    for joint in Joint::ALL {
+        let (index, other) = (joint as usize, joint.mirrored() as usize);
         if !(body.has(index) && predicted.has(index) && predicted.has(other)) {
             continue;
         }
@@ -34,11 +36,11 @@ pub(crate) fn distance(body: &Body, predicted: &Body) -> Option<f64> {
 
 /// Median joint distance under the better of both labellings, metres.
 pub(crate) fn median_distance(a: &Body, b: &Body) -> Option<f64> {
-    let median = |partner: &dyn Fn(usize) -> usize| {
+    let median = |partner: &dyn Fn(Joint) -> Joint| {
         let mut distances = [0.0; JOINT_COUNT];
         let mut count = 0;
-        for index in 0..JOINT_COUNT {
-            let other = partner(index);
+        for joint in Joint::ALL {
+            let (index, other) = (joint as usize, partner(joint) as usize);
             if a.has(index) && b.has(other) {
                 distances[count] = (a.position[index] - b.position[other]).norm();
                 count += 1;
@@ -46,8 +48,8 @@ pub(crate) fn median_distance(a: &Body, b: &Body) -> Option<f64> {
         }
         median(&mut distances[..count])
     };
-    let as_is = median(&|index| index)?;
-    Some(as_is.min(median(&|index| MIRROR[index])?))
+    let as_is = median(&|joint| joint)?;
+    Some(as_is.min(median(&Joint::mirrored)?))
 }
 
 /// The middle value, the lower of two; `None` of nothing.

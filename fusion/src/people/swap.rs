@@ -8,7 +8,7 @@
 use nalgebra::{Vector2, Vector3};
 use posefuse_skeleton::Joint;
 
-use crate::body::{Body, HALVES, Halves, MIRROR};
+use crate::body::{Body, HALVES, Halves};
 
 /// Squared distances above this are outliers, m^2.
 const CLIP_M2: f64 = 0.25;
@@ -30,13 +30,14 @@ pub(crate) fn mirrored_halves(body: &Body, predicted: &Body, was: Halves<bool>) 
     std::array::from_fn(|half| is_mirrored(HALVES[half], body, predicted, was[half]))
 }
 
-fn is_mirrored(pairs: &[(usize, usize)], body: &Body, predicted: &Body, was: bool) -> bool {
+fn is_mirrored(pairs: &[(Joint, Joint)], body: &Body, predicted: &Body, was: bool) -> bool {
     let (mut as_is, mut mirrored, mut weights) = (0.0, 0.0, 0.0);
-    for (left, right) in pairs.iter().copied() {
+    for (left, right) in pairs {
+        let (left, right) = (*left as usize, *right as usize);
         if !(predicted.has(left) && predicted.has(right)) {
             continue;
         }
-        for index in [left, right] {
+        for (index, other) in [(left, right), (right, left)] {
             if !body.has(index) {
                 continue;
             }
@@ -46,7 +47,7 @@ fn is_mirrored(pairs: &[(usize, usize)], body: &Body, predicted: &Body, was: boo
                 distance.norm_squared().min(CLIP_M2)
             };
             as_is += weight * square(index);
-            mirrored += weight * square(MIRROR[index]);
+            mirrored += weight * square(other);
             weights += weight;
         }
     }

@@ -9,8 +9,8 @@ use posefuse_fusion::{ClockSample, Config, Engine, Input, Output, Rejection};
 use posefuse_simulator::evaluate::compare;
 use posefuse_simulator::{Scenario, SimFrame, SimSensor, World};
 use posefuse_skeleton::{
-    Body, Calibration, FloorSource, Joint, JointSet, JointState, Observation, RoomFrame, SensorId,
-    SensorInfo, SensorPose, Skeleton, Timestamp,
+    Body, Joint, JointSet, JointState, Observation, RoomFrame, SensorId, SensorInfo, Skeleton,
+    Timestamp,
 };
 
 /// Server time at the scenario's start.
@@ -46,26 +46,6 @@ pub(crate) fn info(world: &World, index: usize) -> SensorInfo {
         name: world.sensor_name(index).to_owned(),
         model: "simulated".into(),
         joint_set: JointSet::ALL[0],
-    }
-}
-
-/// The sensors' true places.
-pub(crate) fn true_calibration(world: &World) -> Calibration {
-    let pose = |index| {
-        let pose = SensorPose {
-            room_from_sensor: world.room_from_sensor(index),
-            time_offset_ns: 0,
-            residual_median_m: 0.0,
-            residual_p95_m: 0.0,
-            samples: 0,
-        };
-        (world.sensor_name(index).to_owned(), pose)
-    };
-    Calibration {
-        created: String::new(),
-        method: "truth".into(),
-        floor: FloorSource::Manual,
-        sensors: (0..world.sensor_count()).map(pose).collect(),
     }
 }
 
@@ -131,7 +111,10 @@ pub(crate) fn inputs(world: &Arc<World>, seconds: f64) -> Vec<(Timestamp, Input)
             }
         }
     }
-    events.push((start, Input::Calibration(Arc::new(true_calibration(world)))));
+    events.push((
+        start,
+        Input::Calibration(Arc::new(world.true_calibration())),
+    ));
     events.sort_by_key(|(time, _)| *time);
     events
 }
