@@ -4,7 +4,7 @@ pub(crate) mod calibration;
 pub(crate) mod observation;
 pub(crate) mod room_frame;
 
-use posefuse_skeleton::{JointSet, SensorIdError, UnknownJointSet};
+use posefuse_skeleton::{JointSet, Observation, SensorIdError, UnknownJointSet};
 use thiserror::Error;
 
 /// What is wrong with a message, what was expected, and thereby what to do.
@@ -37,10 +37,22 @@ pub enum WireError {
         found: f32,
     },
     /// More bodies than any tracker gives.
-    #[error("a frame has at most {max} bodies, found {found}", max = observation::MAX_BODIES)]
+    #[error("a frame has at most {max} bodies, found {found}", max = Observation::MAX_BODIES)]
     TooManyBodies {
         /// What there is.
         found: usize,
+    },
+    /// Two bodies of one frame are called the same.
+    #[error(
+        "bodies {} and {} have the same tracking_id {tracking_id}; give each person in a frame a number of their own",
+        bodies[0],
+        bodies[1]
+    )]
+    TrackingIdTwice {
+        /// The number.
+        tracking_id: u64,
+        /// Indices of the first two bodies that have it.
+        bodies: [usize; 2],
     },
     /// The joint set is not one of ours.
     #[error(transparent)]

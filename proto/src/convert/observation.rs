@@ -12,9 +12,6 @@ use posefuse_skeleton::{
 use super::WireError;
 use crate::v1;
 
-/// Most bodies one frame may carry.
-pub(crate) const MAX_BODIES: usize = 32;
-
 /// Joints of the largest joint set.
 const MAX_JOINTS: usize = 33;
 
@@ -50,10 +47,19 @@ pub fn bodies_from_agent(
     joint_set: JointSet,
     bodies: &[v1::Body],
 ) -> Result<Vec<Body>, WireError> {
-    if bodies.len() > MAX_BODIES {
+    if bodies.len() > Observation::MAX_BODIES {
         return Err(WireError::TooManyBodies {
             found: bodies.len(),
         });
+    }
+    for (index, body) in bodies.iter().enumerate() {
+        let twice = |other: &v1::Body| other.tracking_id == body.tracking_id;
+        if let Some(first) = bodies[..index].iter().position(twice) {
+            return Err(WireError::TrackingIdTwice {
+                tracking_id: body.tracking_id,
+                bodies: [first, index],
+            });
+        }
     }
     bodies
         .iter()
@@ -272,8 +278,22 @@ mod tests {
             .to_string();
         assert!(error.contains("ShoulderLeft"), "{error}");
 
-        let crowd = vec![v1::Body::default(); MAX_BODIES + 1];
-        assert!(bodies_from_agent(sensor(), JointSet::KinectV2, &crowd).is_err());
+        let crowd = vec![v1::Body::default(); Observation::MAX_BODIES + 1];
+        let found = crowd.len();
+        assert_eq!(
+            bodies_from_agent(sensor(), JointSet::KinectV2, &crowd),
+            Err(WireError::TooManyBodies { found })
+        );
+
+        let mut people = vec![body(JointSet::KinectV2); 3];
+        people[0].tracking_id = 1;
+        assert_eq!(
+            bodies_from_agent(sensor(), JointSet::KinectV2, &people),
+            Err(WireError::TrackingIdTwice {
+                tracking_id: 7,
+                bodies: [1, 2]
+            })
+        );
     }
 
     #[test]

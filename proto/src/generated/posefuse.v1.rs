@@ -2327,13 +2327,16 @@ pub struct Rejection {
 pub struct Event {
     #[prost(int64, tag = "1")]
     pub time_ns: i64,
-    /// sensor-connected, sensor-disconnected, sensor-stalled, inputs-dropped, disk-low ...
+    /// sensor-connected, sensor-disconnected, sensor-stalled, inputs-dropped, outputs-dropped, disk-low ...
     #[prost(string, tag = "2")]
     pub kind: ::prost::alloc::string::String,
     #[prost(string, tag = "3")]
     pub sensor: ::prost::alloc::string::String,
     #[prost(string, tag = "4")]
     pub text: ::prost::alloc::string::String,
+    /// inputs-dropped, outputs-dropped: how many messages did not reach the file since the last such event.
+    #[prost(uint64, tag = "5")]
+    pub count: u64,
 }
 /// True poses of simulated people, for evaluation only. Topic /truth.
 #[derive(Clone, PartialEq, ::prost::Message)]
