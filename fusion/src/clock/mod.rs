@@ -76,15 +76,14 @@ pub(crate) struct ClockFilter {
 impl ClockFilter {
     /// Takes an answered probe. One that contradicts itself is counted and not used.
     pub(crate) fn add(&mut self, sample: &ClockSample, config: &ClockConfig) {
-        let newest = self.probes.back().or(self.candidates.back());
-        let Some(probe) = Probe::new(sample) else {
+        // An answer may come twice: one that contradicts must not confirm itself.
+        let newest = self.probes.back().into_iter().chain(self.candidates.back());
+        let newest_ns = newest.map(|newest| newest.at_ns).max();
+        let probe = Probe::new(sample).filter(|p| newest_ns.is_none_or(|newest| p.at_ns > newest));
+        let Some(probe) = probe else {
             self.refused += 1;
             return;
         };
-        if newest.is_some_and(|newest| probe.at_ns <= newest.at_ns) {
-            self.refused += 1;
-            return;
-        }
         match self.disagreement_ns(&probe, config) {
             0 => self.agree(probe, config),
             off_ns => self.contradict(probe, off_ns, config),

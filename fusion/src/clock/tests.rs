@@ -266,3 +266,32 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn an_answer_that_comes_again_is_no_second_vote() {
+    let agent = Agent {
+        offset_ns: ms(50),
+        drift_ppm: 0.0,
+    };
+    let stepped = Agent {
+        offset_ns: ms(2_050),
+        ..agent
+    };
+    let mut filter = followed(agent, 10);
+    let later = START_NS + ms(10_500);
+    let odd = stepped.answer(later, 500_000, 500_000);
+    let older = stepped.answer(later - ms(100), 500_000, 500_000);
+    for again in [&odd, &odd, &older, &odd] {
+        filter.add(again, &config());
+    }
+    let now = Timestamp::from_ns(later + ms(5));
+    let estimate = filter.estimate(now, &config()).unwrap();
+    assert_eq!(
+        estimate.steps, 0,
+        "one answer, told four times, made a step"
+    );
+    assert!(estimate.suspect);
+    assert_eq!(filter.refused(), 3);
+    filter.add(&stepped.answer(later + ms(20), 500_000, 500_000), &config());
+    assert_eq!(filter.estimate(now, &config()).unwrap().steps, 1);
+}
