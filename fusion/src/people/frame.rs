@@ -236,11 +236,14 @@ fn coast(known: JointEstimate, time: Timestamp, elapsed_s: f64, show_ns: i64) ->
     }
     let elapsed_s = elapsed_s.max(0.0);
     let left = (-elapsed_s / VELOCITY_DECAY_S).exp();
-    let unsure = COAST_MPS * elapsed_s;
+    // The variance is (speed * time unseen)^2, however many frames that time is made of.
+    let unseen_s = time.since_seconds(known.seen).max(elapsed_s);
+    let before_s = unseen_s - elapsed_s;
+    let unsure = COAST_MPS * COAST_MPS * (unseen_s * unseen_s - before_s * before_s);
     JointEstimate {
         position: known.position + known.velocity * (VELOCITY_DECAY_S * (1.0 - left)),
         velocity: known.velocity * left,
-        covariance: known.covariance + Matrix3::from_diagonal_element(unsure * unsure),
+        covariance: known.covariance + Matrix3::from_diagonal_element(unsure),
         confidence: known.confidence * (-elapsed_s / COAST_CONFIDENCE_S).exp(),
         provenance: Provenance::Predicted(SensorSet::EMPTY),
         seen: known.seen,

@@ -2,6 +2,8 @@
 //!
 //! Told apart from people who hug by their sensors: each sensor sees two bodies of two people, but only one of one.
 
+use std::collections::BTreeMap;
+
 use posefuse_skeleton::Timestamp;
 
 use super::cost::median_distance;
@@ -15,46 +17,58 @@ const SUPPORT_NS: i64 = 300_000_000;
 const CANDIDATE_FRAMES: u32 = 3;
 
 impl People {
-    /// Counts coincidences and merges what coincided long enough.
+    /// Counts coincidences, of every pair once, and merges what coincided long enough.
     pub(super) fn merge(&mut self, time: Timestamp, config: &AssociateConfig) {
+        let mut ripe = Vec::new();
         let mut close = std::mem::take(&mut self.close);
-        let mut still = std::collections::BTreeMap::new();
-        let (mut a, mut b) = (0, 1);
-        while a + 1 < self.tracks.len() {
-            if b == self.tracks.len() {
-                (a, b) = (a + 1, a + 2);
-                continue;
-            }
-            let pair = (self.tracks[a].key, self.tracks[b].key);
-            if !coincide(&self.tracks[a], &self.tracks[b], time, config) {
-                b += 1;
-                continue;
-            }
-            let frames = close.remove(&pair).unwrap_or(0) + 1;
-            let candidate = self.tracks[a].id.is_none() || self.tracks[b].id.is_none();
-            let needed = if candidate {
-                CANDIDATE_FRAMES.min(config.merge_frames)
-            } else {
-                config.merge_frames
-            };
-            if frames < needed {
+        let mut still = BTreeMap::new();
+        for (index, a) in self.tracks.iter().enumerate() {
+            for b in &self.tracks[index + 1..] {
+                if !coincide(a, b, time, config) {
+                    continue;
+                }
+                let pair = (a.key, b.key);
+                let frames = close.remove(&pair).unwrap_or(0) + 1;
+                let candidate = a.id.is_none() || b.id.is_none();
+                let needed = if candidate {
+                    CANDIDATE_FRAMES.min(config.merge_frames)
+                } else {
+                    config.merge_frames
+                };
                 still.insert(pair, frames);
-                b += 1;
-                continue;
+                if frames >= needed {
+                    ripe.push(pair);
+                }
             }
-            // Whoever has an id stays, else whoever was first.
-            let younger = if self.tracks[a].id.is_none() && self.tracks[b].id.is_some() {
-                a
-            } else {
-                b
-            };
-            let older = a + b - younger;
-            let gone = self.tracks[younger].clone();
-            self.tracks[older].absorb(gone);
-            self.tracks.remove(younger);
-            (a, b) = (0, 1);
         }
+        for pair in ripe {
+            self.merge_pair(pair, time, config);
+        }
+        still.retain(|(a, b), _| self.index_of(*a).is_some() && self.index_of(*b).is_some());
         self.close = still;
+    }
+
+    /// Makes one of these two, by their keys, unless an earlier merge has changed that.
+    fn merge_pair(&mut self, (a, b): (u64, u64), time: Timestamp, config: &AssociateConfig) {
+        let (Some(a), Some(b)) = (self.index_of(a), self.index_of(b)) else {
+            return;
+        };
+        if !coincide(&self.tracks[a], &self.tracks[b], time, config) {
+            return;
+        }
+        // Whoever has an id stays, else whoever was first.
+        let (older, younger) = if self.tracks[a].id.is_none() && self.tracks[b].id.is_some() {
+            (b, a)
+        } else {
+            (a, b)
+        };
+        let gone = self.tracks[younger].clone();
+        self.tracks[older].absorb(gone);
+        self.tracks.remove(younger);
+    }
+
+    fn index_of(&self, key: u64) -> Option<usize> {
+        self.tracks.iter().position(|track| track.key == key)
     }
 }
 

@@ -204,3 +204,66 @@ fn a_sensor_that_sees_left_for_right_is_put_right() {
         }
     }
 }
+
+#[test]
+fn a_merge_does_not_set_other_pairs_back() {
+    // Two sensors disagree on where two people are; their ideas come together, the second person's 5 frames earlier.
+    let mut room = Room::new();
+    let apart = |frames: i32| (0.9 - 0.05 * f64::from(frames.max(0))).max(0.02);
+    let mut shown = Vec::new();
+    for i in 0..80 {
+        let ms = i64::from(i) * 33;
+        room.see(
+            0,
+            ms,
+            &[placed(1, person(0.0, 0.0)), placed(2, person(4.0, 0.0))],
+        );
+        let (first, second) = (apart(i - 25), 4.0 + apart(i - 20));
+        room.see(
+            1,
+            ms,
+            &[
+                placed(1, person(first, 0.0)),
+                placed(2, person(second, 0.0)),
+            ],
+        );
+        shown.push(room.frame(ms).len());
+    }
+    let last = |people: usize| shown.iter().rposition(|count| *count == people).unwrap();
+    assert_eq!(shown[19], 4);
+    assert_eq!(last(3) - last(4), 5, "{shown:?}");
+}
+
+#[test]
+fn an_unseen_joint_becomes_uncertain_with_time_not_with_frames() {
+    let variance = |step_ms: usize| {
+        let mut room = Room::new();
+        for i in 0..10 {
+            room.see(0, i * 33, &[placed(1, person(0.0, 0.0))]);
+            room.frame(i * 33);
+        }
+        let last = 9 * 33;
+        let mut found = 0.0;
+        for ms in (step_ms..=400).step_by(step_ms) {
+            let time = at(last + ms as i64);
+            let tracks = room
+                .people
+                .frame(time, &room.origins, &room.config, |_, _| {});
+            found = tracks[0].skeleton[Joint::Head]
+                .as_ref()
+                .unwrap()
+                .covariance
+                .trace();
+        }
+        found
+    };
+    let (slow, fast) = (variance(40), variance(5));
+    assert!(
+        (slow - fast).abs() < 0.01 * slow,
+        "{slow} at 25 Hz, {fast} at 200 Hz"
+    );
+    assert!(
+        slow > 3.0 * (0.6 * 0.3_f64).powi(2),
+        "0.6 m/s for 0.3 s and more: {slow} m^2"
+    );
+}
