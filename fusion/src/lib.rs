@@ -47,6 +47,6 @@ pub use diagnostics::SensorDiagnostics;
 pub use engine::Engine;
 pub use input::{ClockSample, Input};
 pub use output::{Output, Rejection, RejectionReason};
-pub use snapshot::SnapshotError;
+pub use snapshot::{BUILD, SnapshotError};
 pub use stages::{BonesConfig, GateConfig, SmoothConfig, SmoothFilter, Stage};
 pub use toml_text::{ConfigError, nearest_name, parse_toml};

@@ -6,8 +6,12 @@ use thiserror::Error;
 use crate::engine::State;
 use crate::{ClockSample, Config, Engine, Input};
 
+/// Which code this engine is: the version, and a fingerprint of the sources of the engine, the vocabulary and the
+/// filters. Only the same code goes on from a snapshot to the same bytes.
+pub const BUILD: &str = env!("POSEFUSE_FUSION_BUILD");
+
 /// First bytes of a snapshot; the number goes up when its layout changes.
-const MAGIC: &[u8; 8] = b"PFENG\x001\n";
+const MAGIC: &[u8; 8] = b"PFENG\x002\n";
 
 /// Why a snapshot could not be written or read.
 #[derive(Debug, Error)]
@@ -18,6 +22,11 @@ pub enum SnapshotError {
         "these {0} bytes are no engine snapshot of this version; fuse from the take's beginning instead"
     )]
     Foreign(usize),
+    /// Made by other code, whose engine may go on otherwise.
+    #[error(
+        "the snapshot was made by `{0}`, this is `{BUILD}`; fuse from the take's beginning instead"
+    )]
+    OtherBuild(String),
     /// Made by an engine with other settings.
     #[error(
         "the snapshot was made with another configuration; restore it with that one, or begin cold with the preamble"
@@ -38,7 +47,8 @@ impl Engine {
     /// [`SnapshotError::Config`] for a configuration with numbers TOML does not have.
     pub fn state(&self) -> Result<Vec<u8>, SnapshotError> {
         let config = toml::to_string(&self.config)?;
-        let bytes = postcard::to_extend(&config, MAGIC.to_vec())?;
+        let bytes = postcard::to_extend(BUILD, MAGIC.to_vec())?;
+        let bytes = postcard::to_extend(&config, bytes)?;
         Ok(postcard::to_extend(&self.state, bytes)?)
     }
 
@@ -50,6 +60,10 @@ impl Engine {
         let content = bytes
             .strip_prefix(MAGIC)
             .ok_or(SnapshotError::Foreign(bytes.len()))?;
+        let (made_by, content): (String, _) = postcard::take_from_bytes(content)?;
+        if made_by != BUILD {
+            return Err(SnapshotError::OtherBuild(made_by));
+        }
         let (made_with, content): (String, _) = postcard::take_from_bytes(content)?;
         if made_with != toml::to_string(&config)? {
             return Err(SnapshotError::OtherConfig);
