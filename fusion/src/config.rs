@@ -84,6 +84,9 @@ pub struct IntakeConfig {
     pub rate_hz: f64,
     /// The oldest sample of a sensor that still goes into a frame, moved there by velocity.
     pub max_age_ms: f64,
+    /// `async`: a sensor whose samples are older than `max_age_ms` by the time they come, but not than this, holds the
+    /// room's present back so far that they can be used; 0 to 250, 0 holds nothing back.
+    pub max_lag_ms: f64,
     /// `async`: how long a due frame waits for the other sensors of the same instant.
     pub coalesce_ms: f64,
     /// `window`: how long after a grid time a frame waits for the last live sensor.
@@ -100,6 +103,7 @@ impl Default for IntakeConfig {
             mode: IntakeMode::Async,
             rate_hz: 30.0,
             max_age_ms: 80.0,
+            max_lag_ms: 250.0,
             coalesce_ms: 4.0,
             max_wait_ms: 100.0,
             silence_ms: 100.0,
@@ -112,6 +116,7 @@ impl IntakeConfig {
     fn check(&self, check: &mut Checker) {
         check.within("intake.rate_hz", self.rate_hz, 1.0, 240.0);
         check.within("intake.max_age_ms", self.max_age_ms, 1.0, 1000.0);
+        check.within("intake.max_lag_ms", self.max_lag_ms, 0.0, 250.0);
         check.within("intake.coalesce_ms", self.coalesce_ms, 0.0, 1000.0);
         check.within("intake.max_wait_ms", self.max_wait_ms, 1.0, 5000.0);
         check.within("intake.silence_ms", self.silence_ms, 10.0, 5000.0);

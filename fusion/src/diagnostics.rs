@@ -9,7 +9,7 @@ use crate::{Engine, RejectionReason};
 /// How many reasons there are.
 pub(crate) const REASONS: usize = ALL_REASONS.len();
 
-const ALL_REASONS: [RejectionReason; 10] = [
+const ALL_REASONS: [RejectionReason; 11] = [
     RejectionReason::NonFinite,
     RejectionReason::Absurd,
     RejectionReason::Jumped,
@@ -20,6 +20,7 @@ const ALL_REASONS: [RejectionReason; 10] = [
     RejectionReason::Uncalibrated,
     RejectionReason::UnknownSensor,
     RejectionReason::Late,
+    RejectionReason::TooManyBodies,
 ];
 
 pub(crate) fn reason_index(reason: RejectionReason) -> usize {

@@ -32,6 +32,7 @@ pub struct Engine {
     pub(crate) state: State,
     placed: Vec<Placed>,
     origins: Vec<Option<Vector3<f64>>>,
+    known: Vec<TrackId>,
 }
 
 /// All that the engine remembers.
@@ -76,6 +77,7 @@ impl Engine {
             state,
             placed: Vec::new(),
             origins: Vec::new(),
+            known: Vec::new(),
         };
         engine.note_origins();
         engine
@@ -174,14 +176,15 @@ impl Engine {
             Some(sensor) => sensor.admit(&observation, &clock),
             None => Err(RejectionReason::UnknownSensor),
         };
-        let late = |time| self.state.intake.is_late(time, &self.config.intake);
         let (time, place) = match admitted {
-            Ok((time, _)) if late(time) => {
-                return self.reject_frame(&observation, RejectionReason::Late);
-            }
             Ok(admitted) => admitted,
             Err(reason) => return self.reject_frame(&observation, reason),
         };
+        let intake = &mut self.state.intake;
+        intake.arrived(id, time, observation.received, &self.config.intake);
+        if intake.is_late(time, &self.config.intake) {
+            return self.reject_frame(&observation, RejectionReason::Late);
+        }
         let Some(sensor) = self
             .state
             .sensors
@@ -270,9 +273,10 @@ impl Engine {
         for id in self.state.people.take_flipped() {
             self.state.pipeline.restart(id);
         }
-        let mut known: Vec<TrackId> = self.state.people.ids().collect();
-        known.sort_unstable();
-        self.state.pipeline.retain(&known);
+        self.known.clear();
+        self.known.extend(self.state.people.ids());
+        self.known.sort_unstable();
+        self.state.pipeline.retain(&self.known);
 
         self.state.peopled = !tracks.is_empty();
         self.state.newest = Some(time);

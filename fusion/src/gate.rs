@@ -4,7 +4,7 @@
 //! behind it ever meets a NaN, an infinity or a number whose square overflows.
 
 use nalgebra::Vector3;
-use posefuse_skeleton::{Body, JOINT_COUNT, Joint, Sensor, Skeleton, Timestamp};
+use posefuse_skeleton::{Body, JOINT_COUNT, Joint, Observation, Sensor, Skeleton, Timestamp};
 use serde::{Deserialize, Serialize};
 
 use crate::RejectionReason;
@@ -13,7 +13,7 @@ use crate::config_check::Checker;
 /// Beyond this no room reaches, metres.
 const SANE_M: f64 = 100.0;
 /// Bodies of one sensor that are remembered; the one not seen for longest makes room.
-const MAX_BODIES: usize = 16;
+const MAX_BODIES: usize = Observation::MAX_BODIES;
 /// A body not seen for this long starts afresh, ns.
 const FORGET_NS: i64 = 1_000_000_000;
 /// What noise alone may move a joint between two frames, metres.

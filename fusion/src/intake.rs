@@ -1,6 +1,10 @@
 //! When a fused frame is made: `async` follows the observations, `window` a fixed grid of times.
 //!
 //! Frame times are capture times in the server's clock and strictly increase. Nothing here looks at what was seen.
+//!
+//! `async` makes a frame at the newest capture time, less what the slowest live sensor needs: trackers' delays differ by
+//! 100 ms and more, and a sample moved that far by velocity says nothing. So the frame's time is held back until that
+//! sensor's samples need not be moved further than the oldest that is allowed. Sensors alike hold nothing back.
 
 use posefuse_skeleton::{SensorId, Timestamp};
 use serde::{Deserialize, Serialize};
@@ -10,6 +14,13 @@ use crate::config::{IntakeConfig, IntakeMode, ms_to_ns};
 /// Behind the present by more than this, grid times are skipped, ns.
 const MAX_BACKLOG_NS: i64 = 1_000_000_000;
 
+/// Share of a new age in a sensor's running one.
+const AGE_GAIN: f64 = 0.05;
+/// Share of the largest allowed age that a sensor's samples usually reach; the rest is for jitter.
+const USUAL_SHARE: f64 = 0.8;
+/// Frame times are held back, or let go, by at most one part in so many of the time that passes.
+const SLEW_PARTS: i64 = 4;
+
 /// What one sensor has delivered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Delivered {
@@ -17,10 +28,22 @@ struct Delivered {
     received: Timestamp,
 }
 
+/// How a sensor's samples, usable or late, stand to the newest of all.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Pace {
+    newest: Timestamp,
+    received: Timestamp,
+    /// How old its newest sample usually is, against the newest of all, when the next one comes, ns.
+    age_ns: f64,
+}
+
 /// Decides frame times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Intake {
     delivered: Vec<Option<Delivered>>,
+    pace: Vec<Option<Pace>>,
+    /// `async`: frames are made so long before the newest capture time, ns.
+    held_ns: i64,
     /// Time of the last frame, and when it was made.
     last: Option<(Timestamp, Timestamp)>,
     /// `async`: no frame before this.
@@ -34,6 +57,48 @@ pub(crate) struct Intake {
 }
 
 impl Intake {
+    /// An observation of `sensor`, captured at `time`, came at `now`, whether or not it is too late to be of use.
+    pub(crate) fn arrived(
+        &mut self,
+        sensor: SensorId,
+        time: Timestamp,
+        now: Timestamp,
+        config: &IntakeConfig,
+    ) {
+        let index = sensor.index();
+        if self.pace.len() <= index {
+            self.pace.resize(index + 1, None);
+        }
+        let live_ns = ms_to_ns(config.live_ms);
+        let is_live = |pace: &&Pace| now.since_ns(pace.received) <= live_ns;
+        let live = || self.pace.iter().flatten().filter(is_live);
+        let before = live().map(|pace| pace.newest).max();
+        let mut age_ns = 0.0;
+        if let (Some(pace), Some(newest)) = (self.pace[index].filter(|p| is_live(&p)), before) {
+            age_ns = pace.age_ns;
+            let age = newest.since_ns(pace.newest);
+            // What lags further than is waited for, or comes again after a pause, says nothing of what is usual.
+            if age <= ms_to_ns(config.max_lag_ms) {
+                age_ns += AGE_GAIN * (age as f64 - age_ns);
+            }
+        }
+        self.pace[index] = Some(Pace {
+            newest: time,
+            received: now,
+            age_ns,
+        });
+        let slowest = self.pace.iter().flatten().filter(is_live);
+        let slowest = slowest.map(|pace| pace.age_ns as i64).max().unwrap_or(0);
+        let usual_ns = (USUAL_SHARE * config.max_age_ns() as f64) as i64;
+        let wanted_ns = slowest.saturating_sub(usual_ns).max(0);
+        let passed_ns = before.map_or(0, |before| time.since_ns(before).clamp(0, live_ns));
+        let step_ns = passed_ns / SLEW_PARTS;
+        self.held_ns = match config.mode {
+            IntakeMode::Async => wanted_ns.clamp(self.held_ns - step_ns, self.held_ns + step_ns),
+            IntakeMode::Window => 0,
+        };
+    }
+
     /// A usable observation of `sensor`, captured at `time`, came at `now`.
     pub(crate) fn delivered(
         &mut self,
@@ -51,7 +116,7 @@ impl Intake {
             received: now,
         });
         match config.mode {
-            IntakeMode::Async if self.is_due(time) => {
+            IntakeMode::Async if self.is_due(time.plus_ns(-self.held_ns)) => {
                 self.deadline
                     .get_or_insert(now.plus_ns(ms_to_ns(config.coalesce_ms)));
             }
@@ -122,6 +187,7 @@ impl Intake {
     ) -> Option<Timestamp> {
         if let Some(deadline) = self.deadline {
             let newest = self.delivered.iter().flatten().map(|d| d.newest).max()?;
+            let time = newest.plus_ns(-self.held_ns);
             let last = self.last.map(|(last, _)| last);
             let all_here = self
                 .live(now, config)
@@ -129,8 +195,8 @@ impl Intake {
             if all_here || now >= deadline {
                 self.deadline = None;
                 self.coasting = false;
-                self.schedule_after(newest, config);
-                return Some(newest);
+                self.schedule_after(time, config);
+                return Some(time);
             }
         }
         if anyone && self.silent_at(config).is_some_and(|at| now >= at) {

@@ -53,6 +53,8 @@ pub enum RejectionReason {
     UnknownSensor,
     /// The frame came too late for the room's present.
     Late,
+    /// The frame had more bodies than a frame may have; those beyond were not looked at.
+    TooManyBodies,
 }
 
 impl RejectionReason {
@@ -69,6 +71,7 @@ impl RejectionReason {
             Self::Uncalibrated => "uncalibrated",
             Self::UnknownSensor => "unknown-sensor",
             Self::Late => "late",
+            Self::TooManyBodies => "too-many-bodies",
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 use posefuse_skeleton::{
-    AgentTime, Calibration, Observation, Room, Sensor, SensorInfo, SensorPose, Timestamp, Transform,
+    AgentTime, Calibration, Observation, Room, Sensor, SensorInfo, Timestamp, Transform,
 };
 use serde::{Deserialize, Serialize};
 
@@ -19,22 +19,26 @@ use crate::{Rejection, RejectionReason};
 const MAX_RESIDUALS: usize = 300;
 /// Share of a new latency in the running one.
 const LATENCY_GAIN: f64 = 0.05;
-/// Bodies of one frame beyond this are not looked at.
-const MAX_BODIES: usize = 16;
 
 /// Where a sensor stands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Place {
     pub(crate) room_from_sensor: Transform<Room, Sensor>,
+    /// Added to capture times; never positive.
     time_offset_ns: i64,
 }
 
 impl Place {
-    /// `None` for a pose that is no pose.
-    pub(crate) fn of(pose: &SensorPose) -> Option<Self> {
+    /// Where `calibration` puts the sensor called `name`; `None` where it does not know it, or gives a pose that is
+    /// none. Offsets say how sensors' times stand to each other. Taken so that the largest is 0, none moves a frame
+    /// beyond the time at which it came.
+    pub(crate) fn of(calibration: &Calibration, name: &str) -> Option<Self> {
+        let pose = calibration.sensors.get(name)?;
+        let offsets = calibration.sensors.values().map(|pose| pose.time_offset_ns);
+        let largest_ns = offsets.max().unwrap_or(0);
         pose.room_from_sensor.is_finite().then_some(Self {
             room_from_sensor: pose.room_from_sensor,
-            time_offset_ns: pose.time_offset_ns,
+            time_offset_ns: pose.time_offset_ns.saturating_sub(largest_ns),
         })
     }
 }
@@ -76,8 +80,7 @@ impl SensorState {
 
     /// Looks itself up in `calibration`; whether it now stands elsewhere.
     pub(crate) fn put(&mut self, calibration: Option<&Calibration>) -> bool {
-        let pose = calibration.and_then(|c| c.sensors.get(&self.info.name));
-        let place = pose.and_then(Place::of);
+        let place = calibration.and_then(|c| Place::of(c, &self.info.name));
         let moved = place != self.place;
         if moved {
             self.residuals.clear();
@@ -106,7 +109,7 @@ impl SensorState {
             Mapped::Stepped => return Err(RejectionReason::ClockStep),
         };
         let place = self.place.ok_or(RejectionReason::Uncalibrated)?;
-        let time = time.plus_ns(place.time_offset_ns).min(observation.received);
+        let time = time.plus_ns(place.time_offset_ns);
         if self.last_time.is_some_and(|last| time <= last) {
             let stepped = back_ns >= ms_to_ns(config.step_ms);
             return Err(if stepped {
@@ -142,7 +145,11 @@ impl SensorState {
         };
         placed.clear();
         let mut fresh = observation.bodies.is_empty();
-        for body in observation.bodies.iter_mut().take(MAX_BODIES) {
+        if observation.bodies.len() > Observation::MAX_BODIES {
+            observation.bodies.truncate(Observation::MAX_BODIES);
+            reject(rejection(RejectionReason::TooManyBodies, None));
+        }
+        for body in &mut observation.bodies {
             sanitise(&mut body.skeleton, |reason, joint| {
                 reject(rejection(reason, Some(joint)))
             });

@@ -6,7 +6,7 @@ use posefuse_skeleton::{JOINT_COUNT, Joint, Provenance, SensorId, SensorSet, Tim
 use super::cost::distance;
 use super::swap::{facing_cues, mirrored_halves};
 use super::track::{JointEstimate, Sample, TrackState};
-use super::{People, Placed};
+use super::{People, Placed, Scratch};
 use crate::Config;
 use crate::body::Body;
 use crate::config::AssociateConfig;
@@ -36,9 +36,9 @@ impl People {
     ) {
         self.expire(time, &config.associate);
         self.predict(time);
-        let chosen = self.assign(sensor, time, bodies, &config.associate);
-        for (placed, choice) in bodies.iter().zip(chosen) {
-            let index = match choice {
+        self.assign(sensor, time, bodies, &config.associate);
+        for (row, placed) in bodies.iter().enumerate() {
+            let index = match self.scratch.chosen[row] {
                 Some(index) => index,
                 None if placed.body.len() < MIN_JOINTS => continue,
                 None if self.is_full(&config.associate) => continue,
@@ -61,40 +61,42 @@ impl People {
         }
     }
 
-    /// For each body the track it belongs to.
+    /// For each body the track it belongs to, into the scratch.
     fn assign(
         &mut self,
         sensor: SensorId,
         time: Timestamp,
         bodies: &[Placed],
         config: &AssociateConfig,
-    ) -> Vec<Option<usize>> {
+    ) {
         let tracks = self.tracks.len();
+        let Scratch {
+            hungarian,
+            predicted,
+            cost,
+            chosen,
+            ..
+        } = &mut self.scratch;
+        chosen.clear();
         if tracks == 0 {
-            return vec![None; bodies.len()];
+            chosen.resize(bodies.len(), None);
+            return;
         }
         // One spare column per body: to belong to nobody known costs as much as the gate is wide.
         let columns = tracks + bodies.len();
-        self.scratch.cost.clear();
+        cost.clear();
         for placed in bodies {
-            for (track, predicted) in self.tracks.iter().zip(&self.scratch.predicted) {
-                self.scratch
-                    .cost
-                    .push(cost(track, predicted, placed, sensor, time, config));
-            }
-            self.scratch
-                .cost
-                .resize(self.scratch.cost.len() + bodies.len(), config.gate_m);
+            let known = self.tracks.iter().zip(&*predicted);
+            cost.extend(known.map(|(track, predicted)| {
+                self::cost(track, predicted, placed, sensor, time, config)
+            }));
+            cost.resize(cost.len() + bodies.len(), config.gate_m);
         }
-        let chosen = self
-            .scratch
-            .hungarian
-            .solve(&self.scratch.cost, bodies.len(), columns);
-        let known = |(row, column): (usize, usize)| {
-            (column < tracks && self.scratch.cost[row * columns + column] < config.gate_m)
-                .then_some(column)
+        let solved = hungarian.solve(cost, bodies.len(), columns);
+        let known = |(row, column): (usize, &usize)| {
+            (*column < tracks && cost[row * columns + column] < config.gate_m).then_some(*column)
         };
-        chosen.into_iter().enumerate().map(known).collect()
+        chosen.extend(solved.iter().enumerate().map(known));
     }
 
     fn is_full(&self, config: &AssociateConfig) -> bool {

@@ -10,23 +10,23 @@ pub(crate) struct Hungarian {
     came_from: Vec<usize>,
     slack: Vec<f64>,
     done: Vec<bool>,
+    column_of: Vec<usize>,
 }
 
 impl Hungarian {
     /// For each row the column it gets. `cost` is row-major, finite, with at least as many columns as rows.
-    pub(crate) fn solve(&mut self, cost: &[f64], rows: usize, columns: usize) -> Vec<usize> {
+    pub(crate) fn solve(&mut self, cost: &[f64], rows: usize, columns: usize) -> &[usize] {
         debug_assert!(rows <= columns && cost.len() == rows * columns);
         self.reset(rows, columns);
         for row in 1..=rows {
             self.insert(cost, row, columns);
         }
-        let mut column_of = vec![0; rows];
         for column in 1..=columns {
             if self.row_of[column] > 0 {
-                column_of[self.row_of[column] - 1] = column - 1;
+                self.column_of[self.row_of[column] - 1] = column - 1;
             }
         }
-        column_of
+        &self.column_of
     }
 
     /// Entry 0 of each list is a sentinel.
@@ -44,6 +44,8 @@ impl Hungarian {
         self.came_from.resize(columns + 1, 0);
         self.done.clear();
         self.done.resize(columns + 1, false);
+        self.column_of.clear();
+        self.column_of.resize(rows, 0);
     }
 
     /// Gives `row` a column along the cheapest chain of re-assignments.
@@ -116,8 +118,9 @@ mod tests {
         fn finds_what_trying_everything_finds(rows in 1usize..5, extra in 0usize..3, seed in prop::collection::vec(0.0..10.0f64, 35)) {
             let columns = rows + extra;
             let cost = &seed[..rows * columns];
-            let chosen = Hungarian::default().solve(cost, rows, columns);
-            let mut sorted = chosen.clone();
+            let mut hungarian = Hungarian::default();
+            let chosen = hungarian.solve(cost, rows, columns);
+            let mut sorted = chosen.to_vec();
             sorted.sort_unstable();
             sorted.dedup();
             prop_assert_eq!(sorted.len(), rows);

@@ -56,6 +56,8 @@ struct Scratch {
     hungarian: Hungarian,
     predicted: Vec<Body>,
     cost: Vec<f64>,
+    /// For each body the track it belongs to.
+    chosen: Vec<Option<usize>>,
     sightings: Vec<Sighting>,
 }
 

@@ -10,8 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::{Body, Halves, pairs};
 
-/// Samples kept per sensor: enough to interpolate behind the longest usual wait.
-const MAX_SAMPLES: usize = 6;
+/// Samples are kept for this long, so that there are some on both sides of a frame that is held back, ns ...
+const KEPT_NS: i64 = 300_000_000;
+/// ... at least so many, and at most so many, per sensor.
+const MIN_SAMPLES: usize = 6;
+const MAX_SAMPLES: usize = 48;
 /// Samples further apart than this are not interpolated, ns.
 const MAX_BRIDGE_NS: i64 = 150_000_000;
 /// A pose is carried on by its velocity for at most this long, seconds.
@@ -156,7 +159,10 @@ impl Source {
         if self.newest().is_some_and(|newest| sample.time <= newest) {
             return;
         }
-        if self.samples.len() == MAX_SAMPLES {
+        let old = |s: &Sample| sample.time.since_ns(s.time) > KEPT_NS;
+        while self.samples.len() >= MAX_SAMPLES
+            || self.samples.len() >= MIN_SAMPLES && self.samples.front().is_some_and(old)
+        {
             self.samples.pop_front();
         }
         self.samples.push_back(sample);
@@ -226,7 +232,7 @@ impl TrackState {
                         tracking_id,
                         mirrored: [false; 2],
                         facing_cue: [0.0; 2],
-                        samples: VecDeque::with_capacity(MAX_SAMPLES),
+                        samples: VecDeque::with_capacity(MIN_SAMPLES),
                     },
                 );
                 index

@@ -177,25 +177,23 @@ impl Smooth {
             self.flush(give);
         }
         self.newest = Some(time);
-        let gone = |id: &TrackId| frame.tracks.iter().all(|track| track.id != *id);
-        let gone: Vec<TrackId> = self.people.keys().copied().filter(gone).collect();
-        for id in gone {
+        let gone = |id: &&TrackId| frame.tracks.iter().all(|track| track.id != **id);
+        while let Some(id) = self.people.keys().find(gone).copied() {
             self.restart(id);
             self.people.remove(&id);
         }
-        let seen: Vec<(TrackId, [Option<Vector3<f64>>; JOINT_COUNT])> = frame
-            .tracks
-            .iter()
-            .map(|track| {
-                (
-                    track.id,
-                    Joint::ALL.map(|j| track.skeleton.position(j).map(Position::vector)),
-                )
-            })
-            .collect();
+        let people = frame.tracks.len();
         self.pending.push_back(frame);
-        for (id, joints) in seen {
-            self.filter_person(id, time, &joints);
+        for index in 0..people {
+            // Read first: a filter may write to this very frame.
+            let raw = self.pending.back().map(|frame| {
+                let track = &frame.tracks[index];
+                let position = |joint| track.skeleton.position(joint).map(Position::vector);
+                (track.id, Joint::ALL.map(position))
+            });
+            if let Some((id, joints)) = raw {
+                self.filter_person(id, time, &joints);
+            }
         }
         while self.pending.len() > self.config.look_ahead_frames() {
             match self.pending.pop_front() {
