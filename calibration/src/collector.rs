@@ -1,27 +1,29 @@
 //! Gathers a walk while it happens, in bounded memory, and says live how well each sensor is covered.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
 
-use posefuse_skeleton::{Body, SensorId, Timestamp};
+use posefuse_skeleton::{Body, Observation, SensorId, Timestamp};
 use serde::{Deserialize, Serialize};
 
 use crate::{SensorWalk, Walk, WalkFrame};
 
-/// Frames kept per sensor unless told otherwise: two minutes at 30 Hz, some 3 MB.
-const DEFAULT_FRAMES: usize = 3600;
-/// Bodies kept per frame, the most a sensor of this class tracks.
-const MAX_BODIES: usize = 6;
+/// Frames that follow the last one kept more closely than this are left aside, ns: [`solve`](crate::solve) compares
+/// sensors ten times a second. Of 30 frames a second 15 stay.
+const SPACING_NS: i64 = 45_000_000;
+/// Frames kept per sensor unless told otherwise: ten minutes at that spacing, 9 MB for one person at 30 Hz.
+const DEFAULT_FRAMES: usize = 13_400;
 /// Two sensors share an instant if both saw somebody within this time, ns.
 const SHARED_NS: i64 = 50_000_000;
 /// A gap longer than this is not counted as time seen, ns.
 const GAP_NS: i64 = 200_000_000;
 /// Edge of a floor cell, metres.
 const CELL_M: f64 = 0.5;
-/// What a walk needs: seconds of view shared with the best other sensor, and cells covered in it.
+/// What a walk needs: seconds of view shared with the best other sensor (of a lone sensor's own view), and cells covered
+/// in it.
 const WANTED_SHARED_S: f64 = 15.0;
 const WANTED_CELLS: usize = 8;
 
-/// Gathers what sensors see. When a sensor's room is full, its oldest frames go first.
+/// Gathers what sensors see. What does not fit, once a sensor's room is full, is neither kept nor counted.
 #[derive(Clone, Debug)]
 pub struct Collector {
     limit: usize,
@@ -31,8 +33,11 @@ pub struct Collector {
 #[derive(Clone, Debug, Default)]
 struct Gathered {
     name: String,
-    frames: VecDeque<WalkFrame>,
+    frames: Vec<WalkFrame>,
+    /// When it last saw somebody, in a frame that was kept or not.
     last_body: Option<Timestamp>,
+    /// The same, kept.
+    last_kept_body: Option<Timestamp>,
     seen_ns: i64,
     cells: BTreeSet<(i32, i32)>,
     shared_ns: BTreeMap<SensorId, i64>,
@@ -58,11 +63,11 @@ pub struct SensorCoverage {
     pub sensor: SensorId,
     /// Its name.
     pub name: String,
-    /// Frames it has sent, with or without a body.
+    /// Frames kept of it, with or without a body.
     pub frames: u64,
     /// How long it saw somebody, seconds.
     pub seconds_with_body: f64,
-    /// Frames in which the other sensor saw somebody within 50 ms.
+    /// Frames kept with a body, in which the other sensor saw somebody within 50 ms.
     pub shared_frames: BTreeMap<SensorId, u64>,
     /// Floor cells (0.5 m, in the sensor's own horizontal axes x and z) in which somebody was seen.
     pub cells: Vec<(i32, i32)>,
@@ -94,10 +99,10 @@ impl Collector {
         }
     }
 
-    /// Takes in one frame, its `time` on the server's clock. Frames of other sensors are left aside, and so is
-    /// every body beyond the sixth.
+    /// Takes in one frame, its `time` on the server's clock. Frames of other sensors are left aside, frames beyond some
+    /// 15 a second, and bodies beyond [`Observation::MAX_BODIES`].
     pub fn add(&mut self, sensor: SensorId, time: Timestamp, bodies: &[Body]) {
-        let bodies = &bodies[..bodies.len().min(MAX_BODIES)];
+        let bodies = &bodies[..bodies.len().min(Observation::MAX_BODIES)];
         let cells: Vec<_> = bodies.iter().filter_map(floor_cell).collect();
         let others: Vec<SensorId> = self
             .sensors
@@ -109,20 +114,24 @@ impl Collector {
         let Some(gathered) = self.sensors.get_mut(&sensor) else {
             return;
         };
-        if gathered.frames.len() == limit {
-            gathered.frames.pop_front();
+        let peopled = !cells.is_empty();
+        if peopled {
+            gathered.last_body = Some(time);
         }
-        gathered.frames.push_back(WalkFrame::new(time, bodies));
-        if cells.is_empty() {
+        if gathered.frames.len() >= limit || gathered.is_too_close(time, peopled) {
             return;
         }
-        let step = gathered.last_body.map_or(0, |last| time.since_ns(last));
+        gathered.frames.push(WalkFrame::new(time, bodies));
+        if !peopled {
+            return;
+        }
+        let last = gathered.last_kept_body.replace(time);
+        let step = last.map_or(0, |last| time.since_ns(last));
         let step = if (0..=GAP_NS).contains(&step) {
             step
         } else {
             0
         };
-        gathered.last_body = Some(time);
         gathered.seen_ns += step;
         gathered.cells.extend(&cells);
         for other in others {
@@ -146,17 +155,13 @@ impl Collector {
         let sensors: Vec<SensorCoverage> = self
             .sensors
             .iter()
-            .map(|(id, gathered)| gathered.coverage(*id))
+            .map(|(id, gathered)| gathered.coverage(*id, self.sensors.len() == 1))
             .collect();
         let worst = sensors.iter().min_by(|a, b| a.share.total_cmp(&b.share));
-        let share = if sensors.len() < 2 {
-            0.0
-        } else {
-            worst.map_or(0.0, |worst| worst.share)
-        };
+        let alone = sensors.len() == 1;
         Coverage {
-            share,
-            hint: worst.map_or_else(|| "start two agents or more".to_owned(), hint),
+            share: worst.map_or(0.0, |worst| worst.share),
+            hint: worst.map_or_else(|| "start an agent".to_owned(), |worst| hint(worst, alone)),
             sensors,
         }
     }
@@ -165,7 +170,7 @@ impl Collector {
     pub fn walk(&self) -> Walk {
         let sensors = self.sensors.values().map(|gathered| SensorWalk {
             name: gathered.name.clone(),
-            frames: gathered.frames.iter().cloned().collect(),
+            frames: gathered.frames.clone(),
         });
         Walk {
             sensors: sensors.collect(),
@@ -179,16 +184,34 @@ impl Gathered {
             .is_some_and(|last| time.since_ns(last).saturating_abs() <= SHARED_NS)
     }
 
-    fn coverage(&self, sensor: SensorId) -> SensorCoverage {
-        let best = |other: &SensorId| {
-            let shared_s = self
-                .shared_ns
-                .get(other)
-                .map_or(0.0, |ns| *ns as f64 * 1e-9);
-            let cells = self.shared_cells.get(other).map_or(0, BTreeSet::len);
-            (shared_s / WANTED_SHARED_S)
+    /// Whether a frame at `time`, with somebody in it or not, adds little to the last of its kind. An empty frame does
+    /// not keep one with a body out.
+    fn is_too_close(&self, time: Timestamp, peopled: bool) -> bool {
+        let last = if peopled {
+            self.last_kept_body
+        } else {
+            self.frames.last().map(|frame| frame.time)
+        };
+        last.is_some_and(|last| (0..SPACING_NS).contains(&time.since_ns(last)))
+    }
+
+    fn coverage(&self, sensor: SensorId, alone: bool) -> SensorCoverage {
+        let enough = |ns: i64, cells: usize| {
+            (ns as f64 * 1e-9 / WANTED_SHARED_S)
                 .min(cells as f64 / WANTED_CELLS as f64)
                 .min(1.0)
+        };
+        let with = |other: &SensorId| {
+            let shared_ns = self.shared_ns.get(other).copied().unwrap_or(0);
+            enough(
+                shared_ns,
+                self.shared_cells.get(other).map_or(0, BTreeSet::len),
+            )
+        };
+        let share = if alone {
+            enough(self.seen_ns, self.cells.len())
+        } else {
+            self.shared_frames.keys().map(with).fold(0.0, f64::max)
         };
         SensorCoverage {
             sensor,
@@ -197,12 +220,12 @@ impl Gathered {
             seconds_with_body: self.seen_ns as f64 * 1e-9,
             shared_frames: self.shared_frames.clone(),
             cells: self.cells.iter().copied().collect(),
-            share: self.shared_frames.keys().map(best).fold(0.0, f64::max),
+            share,
         }
     }
 }
 
-fn hint(worst: &SensorCoverage) -> String {
+fn hint(worst: &SensorCoverage, alone: bool) -> String {
     let name = &worst.name;
     if worst.share >= 1.0 {
         String::new()
@@ -210,7 +233,7 @@ fn hint(worst: &SensorCoverage) -> String {
         format!("`{name}` sends nothing: start its agent")
     } else if worst.seconds_with_body == 0.0 {
         format!("`{name}` has seen nobody yet: walk into its view")
-    } else if worst.shared_frames.is_empty() {
+    } else if worst.shared_frames.is_empty() && !alone {
         format!("walk where `{name}` and another sensor see you at the same time")
     } else {
         format!("walk about in front of `{name}`, also where you have not been yet")

@@ -5,11 +5,9 @@ use thiserror::Error;
 /// No calibration could be computed at all. (A bad one that could be computed is a `Failed` verdict instead.)
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum CalibrationError {
-    /// Fewer than two sensors.
-    #[error(
-        "calibration relates sensors to each other and needs two or more, found {0}; start another agent"
-    )]
-    TooFewSensors(usize),
+    /// No sensor.
+    #[error("calibration needs a sensor that watches the walk, found none; start an agent")]
+    NoSensor,
     /// A name occurs twice.
     #[error("two sensors are called `{0}`; give each agent a name of its own")]
     DuplicateSensor(String),

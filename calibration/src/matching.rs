@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Vector3};
-use posefuse_skeleton::JOINT_COUNT;
+use posefuse_skeleton::{JOINT_COUNT, Joint};
 
 use crate::tracks::{Point, Pose};
 
@@ -28,24 +28,14 @@ pub(crate) struct Match {
 /// For two sensors' tracks, how well they agreed over the whole walk.
 pub(crate) type Votes = BTreeMap<(usize, usize), f64>;
 
-/// Index of the other side's joint.
-pub(crate) const MIRRORED: [usize; JOINT_COUNT] = {
-    let mut table = [0; JOINT_COUNT];
-    let mut joint = 0;
-    while joint < JOINT_COUNT {
-        table[joint] = match joint {
-            4..=7 => joint + 4,
-            8..=11 => joint - 4,
-            12..=15 => joint + 4,
-            16..=19 => joint - 4,
-            21 | 22 => joint + 2,
-            23 | 24 => joint - 2,
-            _ => joint,
-        };
-        joint += 1;
+/// Index of the joint that one sensor calls `joint`, in the labels of the other.
+pub(crate) fn other_side(joint: usize, mirrored: bool) -> usize {
+    if mirrored {
+        Joint::ALL[joint].mirrored() as usize
+    } else {
+        joint
     }
-    table
-};
+}
 
 /// The joints that both bodies have: canonical index, the point of `a`, the point of `b`.
 pub(crate) fn common<'p>(
@@ -54,7 +44,7 @@ pub(crate) fn common<'p>(
     mirrored: bool,
 ) -> impl Iterator<Item = (usize, &'p Point, &'p Point)> {
     (0..JOINT_COUNT).filter_map(move |joint| {
-        let other = if mirrored { MIRRORED[joint] } else { joint };
+        let other = other_side(joint, mirrored);
         Some((joint, a.joints[joint].as_ref()?, b.joints[other].as_ref()?))
     })
 }
@@ -68,8 +58,8 @@ pub(crate) fn compare(a: &Pose, b: &Pose, a_from_b: &Isometry3<f64>) -> Option<(
     });
     let score = |mirrored: bool| {
         let (mut score, mut count) = (0.0, 0);
-        for (joint, other_side) in MIRRORED.into_iter().enumerate() {
-            let other = if mirrored { other_side } else { joint };
+        for joint in 0..JOINT_COUNT {
+            let other = other_side(joint, mirrored);
             if let (Some(p), Some(q), Some(of_b)) =
                 (&a.joints[joint], placed[other], &b.joints[other])
             {
@@ -157,18 +147,4 @@ pub(crate) fn agrees(a: &Pose, b: &Pose, mirrored: bool, a_from_b: &Isometry3<f6
         all += 1;
     }
     2 * near > all
-}
-
-#[cfg(test)]
-mod tests {
-    use posefuse_skeleton::Joint;
-
-    use super::*;
-
-    #[test]
-    fn the_table_is_that_of_the_vocabulary() {
-        for joint in Joint::ALL {
-            assert_eq!(MIRRORED[joint as usize], joint.mirrored() as usize);
-        }
-    }
 }

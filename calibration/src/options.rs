@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct Options {
     /// Civil time for [`Calibration::created`](posefuse_skeleton::Calibration), RFC 3339 (UTC): this crate has no clock.
     pub created: String,
-    /// The sensor whose time offset is zero and towards which room X points; the first by name if `None`.
-    /// Relative poses do not depend on it.
+    /// The sensor towards which room X points, and whose clock is the one that offsets are searched around; the first by
+    /// name if `None`. Relative poses do not depend on it.
     pub root: Option<String>,
     /// Whether to estimate a residual time offset per sensor.
     pub time_offsets: bool,
@@ -57,7 +57,8 @@ pub struct Thresholds {
     pub spread_long_m: [f64; 2],
     /// The same across it, m. On one straight line the turn about that line is held by the body's size alone.
     pub spread_short_m: [f64; 2],
-    /// Smallest over largest singular value of the joints' cloud: below 0.05 it is flat (METHODS, calibration).
+    /// Smallest over largest singular value of the joints' cloud: below 0.05 all joints lie near one plane, and the turn
+    /// about its normal is the only one held well.
     pub singular_ratio: [f64; 2],
     /// Share of standing ankles between 5 cm below and 20 cm above the floor.
     pub floor_share: [f64; 2],

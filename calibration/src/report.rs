@@ -46,7 +46,7 @@ impl std::fmt::Display for Verdict {
 pub struct Report {
     /// The worst of the reasons; `Passed` without any.
     pub verdict: Verdict,
-    /// What is wrong, the worst first.
+    /// What is wrong, the worst first, and what else there is to know.
     pub reasons: Vec<Reason>,
     /// One row per sensor, by name.
     pub sensors: Vec<SensorRow>,
@@ -64,7 +64,7 @@ pub struct Report {
 /// One thing that is wrong, in plain words.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Reason {
-    /// What this alone would make of the verdict: `Weak` or `Failed`.
+    /// What this alone would make of the verdict: `Weak` or `Failed`; `Passed` for a mere note.
     pub severity: Verdict,
     /// What is wrong.
     pub what: String,
@@ -79,7 +79,7 @@ pub struct Reason {
 pub struct SensorRow {
     /// The sensor.
     pub name: String,
-    /// Median distance to the other sensors' joints, mm. 0 without samples, as the next two.
+    /// Median distance to the other sensors' joints, mm. 0 without samples (as for a lone sensor), as the next two.
     pub median_mm: f64,
     /// 95th percentile of the same, mm.
     pub p95_mm: f64,
@@ -89,11 +89,11 @@ pub struct SensorRow {
     pub samples: u64,
     /// Joint pairs the solver used.
     pub solved_samples: u64,
-    /// How long it saw somebody together with another sensor, seconds.
+    /// How long it saw somebody together with another sensor (a lone one: at all), seconds.
     pub shared_s: f64,
-    /// Standard deviations of the person's place on the floor while shared, m: along and across.
+    /// Standard deviations of the person's place on the floor in that time, m: along and across.
     pub spread_m: [f64; 2],
-    /// What is added to its capture times, ms.
+    /// What is added to its capture times, ms; 0 for the sensor whose times are the latest, negative for the others.
     pub time_offset_ms: f64,
     /// Its bone lengths over the median of all sensors'.
     pub bone_scale: f64,

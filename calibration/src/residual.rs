@@ -157,15 +157,17 @@ pub(crate) fn sensor_rows(
     (0..evidence.names.len()).map(row).collect()
 }
 
-/// How long a sensor saw somebody together with another, and how widely that person moved on the floor.
+/// How long a sensor saw somebody together with another (a lone one: at all), and how widely that person moved on the
+/// floor.
 fn shared(evidence: &Evidence<'_>, sensor: usize) -> (f64, [f64; 2]) {
     let room_from_sensor = evidence.room_from_world * evidence.placed[sensor].world_from_sensor;
+    let alone = evidence.seen.len() == 1;
     let mut places = Vec::new();
     let mut instants = 0;
     for (instant, bodies) in evidence.seen[sensor].iter().enumerate() {
         let others = (0..evidence.seen.len())
             .any(|other| other != sensor && !evidence.seen[other][instant].is_empty());
-        if others && !bodies.is_empty() {
+        if (others || alone) && !bodies.is_empty() {
             instants += 1;
             for body in bodies {
                 let mut place = room_from_sensor.transform_point(&body.centre.into()).coords;

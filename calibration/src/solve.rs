@@ -19,6 +19,9 @@ const PLAUSIBLE_BIAS_M: std::ops::RangeInclusive<f64> = -0.015..=0.06;
 ///
 /// Deterministic, and independent of the order of the sensors. An answer that cannot be trusted is still an
 /// answer, with the verdict [`Failed`](crate::Verdict::Failed); an error means that there is none.
+///
+/// A lone sensor is laid on the floor that the walk shows. Its residuals are 0, since there is nothing to compare it with,
+/// and the verdict rests on the floor and on where the person was.
 pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationError> {
     let mut walks: Vec<&SensorWalk> = walk.sensors.iter().collect();
     walks.sort_by(|x, y| x.name.cmp(&y.name));
@@ -73,6 +76,7 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
     let rows = sensor_rows(&evidence, &pairs, &refined.samples, root);
     let pairs: Vec<_> = pairs.into_iter().map(|(_, row, _)| row).collect();
     let (verdict, reasons) = verdict::judge(&rows, &pairs, &floor.row, options);
+    let rows = none_ahead(rows);
     Ok(Solution {
         calibration: calibration(&evidence, &rows, &floor, options),
         report: Report {
@@ -92,8 +96,8 @@ fn validate(names: &[&str], options: &Options) -> Result<usize, CalibrationError
     if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(CalibrationError::DuplicateSensor(twice[0].to_owned()));
     }
-    if names.len() < 2 {
-        return Err(CalibrationError::TooFewSensors(names.len()));
+    if names.is_empty() {
+        return Err(CalibrationError::NoSensor);
     }
     let Some(root) = &options.root else {
         return Ok(0);
@@ -107,7 +111,8 @@ fn validate(names: &[&str], options: &Options) -> Result<usize, CalibrationError
         })
 }
 
-/// The time during which two sensors or more saw somebody: its start, and its length in seconds (negative: never).
+/// The time during which two sensors or more (the only one, if it is alone) saw somebody: its start, and its length in
+/// seconds (negative: never).
 fn span(walks: &[&SensorWalk]) -> (Timestamp, f64) {
     let times = |walk: &SensorWalk| {
         let times = walk.frames.iter().filter(|f| !f.bodies.is_empty());
@@ -118,7 +123,8 @@ fn span(walks: &[&SensorWalk]) -> (Timestamp, f64) {
         walks.iter().filter_map(|walk| times(walk)).unzip();
     starts.sort();
     ends.sort();
-    match (starts.get(1), ends.iter().rev().nth(1)) {
+    let second = usize::from(walks.len() > 1);
+    match (starts.get(second), ends.iter().rev().nth(second)) {
         (Some(start), Some(end)) => (*start, end.since_seconds(*start)),
         _ => (Timestamp::ZERO, -1.0),
     }
@@ -147,7 +153,7 @@ fn refined(
         time_offsets: options.time_offsets,
         ray_bias,
     };
-    if options.ray_bias {
+    if options.ray_bias && sensors.len() > 1 {
         let refined = refine(sensors, times, placed.clone(), choice(true));
         if PLAUSIBLE_BIAS_M.contains(&refined.bias_m) {
             let bias_mm = refined.bias_m * 1e3;
@@ -155,6 +161,16 @@ fn refined(
         }
     }
     (refine(sensors, times, placed, choice(false)), None)
+}
+
+/// Time offsets with the largest as 0: added to a capture time, none gives a time that is yet to come.
+fn none_ahead(mut rows: Vec<SensorRow>) -> Vec<SensorRow> {
+    let offsets = rows.iter().map(|row| row.time_offset_ms);
+    let largest_ms = offsets.fold(f64::NEG_INFINITY, f64::max);
+    for row in &mut rows {
+        row.time_offset_ms -= largest_ms;
+    }
+    rows
 }
 
 fn named(groups: &[Vec<usize>], names: &[&str]) -> Vec<Vec<String>> {
@@ -181,7 +197,7 @@ fn calibration(
     };
     Calibration {
         created: options.created.clone(),
-        method: "svd".to_owned(),
+        method: if rows.len() > 1 { "svd" } else { "floor" }.to_owned(),
         floor: floor.row.source,
         sensors: rows.iter().zip(evidence.placed).map(pose).collect(),
     }

@@ -10,7 +10,7 @@ use posefuse_skeleton::{JOINT_COUNT, Joint, Timestamp};
 
 use crate::{SensorWalk, WalkBody};
 
-/// Confidence from which a joint counts (Menard 2014; METHODS, calibration).
+/// Confidence from which a joint counts: what Kinect v2 calls tracked is 1, what it infers 0.5 (after Menard 2014).
 const TRUSTED: f64 = 0.75;
 /// Where a sensor has fewer trusted joints than this share, its confidences are taken as a relative weight only.
 const TRUSTED_SHARE: f64 = 0.2;

@@ -36,7 +36,8 @@ impl Reasons {
     }
 }
 
-/// The worst of all reasons, and the reasons, worst first.
+/// The worst of all reasons, and the reasons, worst first. A lone sensor is judged by the floor and the person's way, and
+/// told so.
 pub(crate) fn judge(
     sensors: &[SensorRow],
     pairs: &[PairRow],
@@ -45,7 +46,22 @@ pub(crate) fn judge(
 ) -> (Verdict, Vec<Reason>) {
     let mut reasons = Reasons(Vec::new());
     for row in sensors {
-        check_sensor(row, options, &mut reasons);
+        check_view(row, sensors.len() == 1, options, &mut reasons);
+    }
+    if let [alone] = sensors {
+        reasons.0.push(Reason {
+            severity: Verdict::Passed,
+            what: format!(
+                "`{}` is the only sensor: it is laid on the floor, and nothing says how far off its joints are",
+                alone.name
+            ),
+            remedy: "start a second agent and calibrate again, to see people from more than one side".to_owned(),
+            sensors: vec![alone.name.clone()],
+        });
+    } else {
+        for row in sensors {
+            check_agreement(row, options, &mut reasons);
+        }
     }
     for row in pairs.iter().filter(|row| row.in_tree) {
         check_pair(row, options, &mut reasons);
@@ -57,22 +73,23 @@ pub(crate) fn judge(
     (verdict, reasons)
 }
 
-fn check_sensor(row: &SensorRow, options: &Options, reasons: &mut Reasons) {
+/// Whether a sensor saw enough of the walk.
+fn check_view(row: &SensorRow, alone: bool, options: &Options, reasons: &mut Reasons) {
     let limits = &options.thresholds;
     let name = row.name.as_str();
-    if row.samples == 0 {
-        let what = format!("no frame of `{name}` was left to check the result with");
-        let remedy = "walk longer where this sensor and another see you at the same time";
-        reasons.add(Verdict::Failed, &[name], what, remedy);
-    }
+    let (seen, remedy) = if alone {
+        ("saw somebody", "walk longer in front of this sensor")
+    } else {
+        (
+            "and another sensor saw somebody together",
+            "walk longer where this sensor and another see you at the same time",
+        )
+    };
     reasons.add(
         below(row.shared_s, limits.shared_s),
         &[name],
-        format!(
-            "`{name}` and another sensor saw somebody together for {:.1} s only",
-            row.shared_s
-        ),
-        "walk longer where this sensor and another see you at the same time",
+        format!("`{name}` {seen} for {:.1} s only", row.shared_s),
+        remedy,
     );
     reasons.add(
         below(row.spread_m[0], limits.spread_long_m),
@@ -93,6 +110,17 @@ fn check_sensor(row: &SensorRow, options: &Options, reasons: &mut Reasons) {
             ),
             "walk circles or a figure of eight through all of the room",
         );
+    }
+}
+
+/// Whether a sensor agrees with the others.
+fn check_agreement(row: &SensorRow, options: &Options, reasons: &mut Reasons) {
+    let limits = &options.thresholds;
+    let name = row.name.as_str();
+    if row.samples == 0 {
+        let what = format!("no frame of `{name}` was left to check the result with");
+        let remedy = "walk longer where this sensor and another see you at the same time";
+        reasons.add(Verdict::Failed, &[name], what, remedy);
     }
     reasons.add(
         above(row.median_mm, limits.median_mm),

@@ -5,7 +5,7 @@ mod common;
 use common::{
     Errors, Scene, eight, line, looking, middle, other_eight, pair_errors, ring, standing,
 };
-use posefuse_calibration::{CalibrationError, Options, Solution, Verdict, solve};
+use posefuse_calibration::{CalibrationError, Options, Solution, Verdict, Walk, solve};
 
 fn options() -> Options {
     Options {
@@ -59,9 +59,20 @@ fn a_ring_of_four_is_found_in_spite_of_errors() {
             "{}",
             reasons(&solution)
         );
+        let offsets_ns = solution
+            .calibration
+            .sensors
+            .values()
+            .map(|p| p.time_offset_ns);
+        assert_eq!(
+            offsets_ns.max(),
+            Some(0),
+            "no frame is moved into the future"
+        );
         for (name, pose) in &solution.calibration.sensors {
+            let of_root = solution.calibration.sensors["s0"].time_offset_ns;
             let truth = offsets[name] - offsets["s0"];
-            let found = pose.time_offset_ns as f64 * 1e-9;
+            let found = (pose.time_offset_ns - of_root) as f64 * 1e-9;
             assert!(
                 (found - truth).abs() < 0.004,
                 "{name}: {found} for {truth} s"
@@ -143,7 +154,11 @@ fn neither_order_nor_root_changes_the_relations() {
         let apart = relation(&first, a, b).inverse() * relation(&other, a, b);
         assert!(apart.translation.vector.norm() < 1e-9 && apart.rotation.angle() < 1e-9);
     }
-    assert_eq!(other.calibration.sensors["s2"].time_offset_ns, 0);
+    let offset =
+        |solution: &Solution, name: &str| solution.calibration.sensors[name].time_offset_ns;
+    for name in ["s0", "s1", "s2"] {
+        assert!((offset(&first, name) - offset(&other, name)).abs() < 1000);
+    }
     assert!(
         other.calibration.sensors["s2"]
             .room_from_sensor
@@ -322,11 +337,9 @@ fn a_wrong_unit_a_mirrored_sensor_and_a_wrong_clock_do_not_pass() {
 fn what_cannot_be_solved_says_why() {
     let scene = Scene::ring(3, 10.0, Errors::USUAL, 15);
     let (walk, _) = scene.record();
-    let mut one = walk.clone();
-    one.sensors.truncate(1);
     assert_eq!(
-        solve(&one, &options()),
-        Err(CalibrationError::TooFewSensors(1))
+        solve(&Walk::default(), &options()),
+        Err(CalibrationError::NoSensor)
     );
     let mut twice = walk.clone();
     twice.sensors[1].name = "s0".to_owned();
@@ -357,5 +370,59 @@ fn what_cannot_be_solved_says_why() {
     assert!(
         error.to_string().contains("`door`") && error.to_string().contains("`s0`, `s1`"),
         "{error}"
+    );
+}
+
+#[test]
+fn a_lone_sensor_is_laid_on_the_floor() {
+    for seed in 1..=4 {
+        let scene = Scene::ring(1, 30.0, Errors::USUAL, seed);
+        let solution = solve(&scene.record().0, &options()).unwrap();
+        let report = &solution.report;
+        assert_eq!(report.verdict, Verdict::Passed, "{}", reasons(&solution));
+        assert_eq!(report.reasons.len(), 1, "{}", reasons(&solution));
+        assert!(report.reasons[0].what.contains("`s0` is the only sensor"));
+        assert_eq!(
+            (report.sensors[0].median_mm, report.ray_bias_mm),
+            (0.0, None)
+        );
+        assert_eq!(solution.calibration.method, "floor");
+        let found = *solution.calibration.sensors["s0"]
+            .room_from_sensor
+            .isometry();
+        let truth = scene.sensors["s0"];
+        let (at, true_at) = (found.translation.vector, truth.translation.vector);
+        assert!(
+            (at.z - true_at.z).abs() < 0.03,
+            "{} for {} m",
+            at.z,
+            true_at.z
+        );
+        let up = |room_from_sensor: &nalgebra::Isometry3<f64>| {
+            room_from_sensor.rotation.inverse() * nalgebra::Vector3::z()
+        };
+        let tilt = up(&found).angle(&up(&truth)).to_degrees();
+        assert!(tilt < 1.5, "the floor is tilted by {tilt} degrees");
+        assert!(
+            at.x > 1.0 && at.y.abs() < 1e-9,
+            "X points towards the sensor: {at:?}"
+        );
+    }
+    let mut scene = Scene::ring(1, 30.0, Errors::USUAL, 1);
+    scene.people = vec![standing];
+    let solution = solve(&scene.record().0, &options()).unwrap();
+    assert_eq!(
+        solution.report.verdict,
+        Verdict::Failed,
+        "{}",
+        reasons(&solution)
+    );
+    scene.people = vec![eight];
+    scene.seconds = 2.0;
+    let solution = solve(&scene.record().0, &options()).unwrap();
+    assert!(
+        reasons(&solution).contains("saw somebody for"),
+        "{}",
+        reasons(&solution)
     );
 }
