@@ -68,6 +68,12 @@ impl Config {
             ("net.max_connections", self.net.max_connections, 1, 100_000),
             ("net.max_message_kib", self.net.max_message_kib, 16, 65_536),
             ("ingest.queue", self.ingest.queue, 16, 1 << 20),
+            (
+                "watch.max_subscribers",
+                self.watch.max_subscribers,
+                1,
+                1 << 16,
+            ),
             ("watch.queue", self.watch.queue, 1, 1 << 16),
             ("takes.queue", self.takes.queue, 64, 1 << 20),
         ];
@@ -89,6 +95,7 @@ impl Config {
         )?;
         within("ingest.max_wait_ms", self.ingest.max_wait_ms, 0, 60_000)?;
         within("watch.cut_after_ms", self.watch.cut_after_ms, 10, 3_600_000)?;
+        within("takes.flush_ms", self.takes.flush_ms, 20, 250)?;
         self.calibration.check()?;
         self.fusion.validate()
     }
@@ -132,12 +139,17 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(error.contains("calibration.file"), "{error}");
-        let error = Config::from_toml("[ingest]\nqueue = 0")
-            .unwrap_err()
-            .to_string();
-        assert!(
-            error.contains("ingest.queue") && error.contains("from 16"),
-            "{error}"
-        );
+        for (text, key, range) in [
+            ("[ingest]\nqueue = 0", "ingest.queue", "from 16"),
+            (
+                "[takes]\nflush_ms = 251",
+                "takes.flush_ms",
+                "from 20 to 250",
+            ),
+            ("[takes]\nflush_ms = 19", "takes.flush_ms", "from 20 to 250"),
+        ] {
+            let error = Config::from_toml(text).unwrap_err().to_string();
+            assert!(error.contains(key) && error.contains(range), "{error}");
+        }
     }
 }

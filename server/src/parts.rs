@@ -34,7 +34,7 @@ pub struct Parts<L> {
 pub trait Clock: Send + Sync + 'static {
     /// The time now; never runs backwards.
     fn now(&self) -> Timestamp;
-    /// Civil time (nanoseconds since 1970, UTC) minus this clock's.
+    /// Civil time (nanoseconds since 1970, UTC) minus this clock's, as it is now: civil time may be set anew.
     fn unix_offset_ns(&self) -> i64;
     /// Comes back when `deadline` has passed.
     fn sleep_until(&self, deadline: Timestamp) -> BoxFuture<'static, ()>;
@@ -62,23 +62,30 @@ impl dyn Clock {
 /// Tokio's clock: the machine's monotonic one, or a simulated network's inside of one. Zero when it was made.
 pub struct SystemClock {
     zero: Instant,
-    unix_offset_ns: i64,
+    civil: Civil,
+}
+
+enum Civil {
+    /// The machine's, looked up each time: it is set anew by the network's time or after a suspension.
+    Machine,
+    /// At a fixed distance.
+    Fixed(i64),
 }
 
 impl SystemClock {
     /// A clock that starts now, civil time from the machine.
     pub fn new() -> Self {
-        let unix = SystemTime::now()
-            .duration_since(SystemTime::UNIX_EPOCH)
-            .unwrap_or_default();
-        Self::with_unix_offset_ns(unix.as_nanos() as i64)
+        Self {
+            zero: Instant::now(),
+            civil: Civil::Machine,
+        }
     }
 
     /// A clock that starts now, when civil time is `unix_offset_ns` after 1970.
     pub fn with_unix_offset_ns(unix_offset_ns: i64) -> Self {
         Self {
             zero: Instant::now(),
-            unix_offset_ns,
+            civil: Civil::Fixed(unix_offset_ns),
         }
     }
 }
@@ -95,7 +102,15 @@ impl Clock for SystemClock {
     }
 
     fn unix_offset_ns(&self) -> i64 {
-        self.unix_offset_ns
+        match self.civil {
+            Civil::Fixed(offset_ns) => offset_ns,
+            Civil::Machine => {
+                let unix = SystemTime::now()
+                    .duration_since(SystemTime::UNIX_EPOCH)
+                    .unwrap_or_default();
+                (unix.as_nanos() as i64).saturating_sub(self.now().ns())
+            }
+        }
     }
 
     fn sleep_until(&self, deadline: Timestamp) -> BoxFuture<'static, ()> {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use posefuse_fusion::Input;
 use posefuse_session::{DiskStorage, RecoveryOutcome, Storage, recover};
 use tokio::net::TcpListener;
-use tokio::sync::oneshot;
+use tokio::sync::{Semaphore, oneshot};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
@@ -114,6 +114,7 @@ impl Running {
             parts.clock.clone(),
             parts.threads,
         )?;
+        let places = Arc::new(Semaphore::new(config.watch.max_subscribers));
         let room = Arc::new(Room {
             config,
             clock: parts.clock.clone(),
@@ -124,9 +125,11 @@ impl Running {
             commands,
             snapshot,
             counters,
+            places,
             connections: Arc::default(),
             calibration,
             takes: Takes::new(troubles),
+            changing: tokio::sync::Mutex::default(),
             disk_free: AtomicU64::new(u64::MAX),
             tasks: TaskTracker::new(),
             stop: CancellationToken::new(),

@@ -65,13 +65,15 @@ impl Driver {
     ) {
         first.into_iter().for_each(|input| self.feed(input));
         let mut batch = Vec::with_capacity(BATCH);
-        let mut alarm_time = None;
+        let mut alarm_time: Option<Timestamp> = None;
         let mut alarm: BoxFuture<'static, ()> = Box::pin(future::pending());
         loop {
             let deadline = self
                 .wake
                 .map_or(self.next_publish, |wake| wake.min(self.next_publish));
-            if alarm_time != Some(deadline) {
+            // The engine's wish moves with nearly every frame, mostly to later: an alarm that rings too early costs
+            // less than a new one each time.
+            if alarm_time.is_none_or(|armed| deadline < armed) {
                 alarm = self.clock.sleep_until(deadline);
                 alarm_time = Some(deadline);
             }
@@ -105,7 +107,11 @@ impl Driver {
         match command {
             Command::Watch(subscriber, pace) => self.subscribers.add_watch(subscriber, pace),
             Command::WatchSensors(subscriber) => self.subscribers.add_watch_sensors(subscriber),
-            Command::Record(recorder, reply) => self.begin_recording(recorder, reply),
+            Command::Record(recorder, reply) => {
+                // A calibration that was put in force before the take belongs before it.
+                self.take_waiting(inputs);
+                self.begin_recording(recorder, reply);
+            }
             Command::StopRecording(reply) => {
                 self.take_waiting(inputs);
                 self.recorder = None;
@@ -135,7 +141,10 @@ impl Driver {
     fn take_waiting(&mut self, inputs: &mut mpsc::Receiver<Input>) {
         for _ in 0..inputs.len() {
             match inputs.try_recv() {
-                Ok(input) => self.feed(input),
+                Ok(input) => {
+                    self.tick_if_due();
+                    self.feed(input);
+                }
                 Err(_) => return,
             }
         }
@@ -156,6 +165,7 @@ impl Driver {
             self.next_publish = now.plus_ns(PUBLISH_NS);
             let snapshot = self.meters.snapshot(&self.engine, now);
             self.publish.send_replace(Arc::new(snapshot));
+            self.subscribers.forget_gone();
         }
     }
 
@@ -186,6 +196,7 @@ impl Driver {
                     self.record(|| Record::Frame(frame));
                 }
                 Output::Rejected(rejection) => {
+                    self.meters.rejected(&rejection);
                     self.record(|| Record::Rejection(rejection));
                 }
                 Output::WakeAt(wake) => {

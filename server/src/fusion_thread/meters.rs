@@ -2,13 +2,17 @@
 
 use std::collections::VecDeque;
 
-use posefuse_fusion::{ClockEstimate, Engine, Input, RejectionReason, SensorDiagnostics};
+use posefuse_fusion::{
+    ClockEstimate, Engine, Input, Rejection, RejectionReason, SensorDiagnostics,
+};
 use posefuse_skeleton::{RoomFrame, SensorId, Timestamp};
 
+use super::refusals::{Refusals, Unused};
+
 /// Rates and medians are of the last two seconds.
-const WINDOW_NS: i64 = 2_000_000_000;
+pub(super) const WINDOW_NS: i64 = 2_000_000_000;
 /// Times kept for a rate: more than two seconds of the fastest sensor.
-const MAX_TIMES: usize = 1024;
+pub(super) const MAX_TIMES: usize = 1024;
 /// Samples kept for a median or percentile.
 const MAX_SAMPLES: usize = 512;
 
@@ -41,6 +45,10 @@ pub(crate) struct SensorView {
     pub(crate) bodies: u32,
     /// What the engine refused, by reason.
     pub(crate) rejected: Vec<(RejectionReason, u64)>,
+    /// Those of them that are `Uncalibrated` only because no calibration was in force yet.
+    pub(crate) before_calibration: u64,
+    /// Why most of its latest frames are not used, if that has gone on for a while.
+    pub(crate) unused: Option<Unused>,
 }
 
 /// The running measurements.
@@ -55,6 +63,7 @@ pub(super) struct Meters {
     worked_ns: i64,
     worked_frames: u32,
     engine_us: f64,
+    calibrated: bool,
 }
 
 #[derive(Debug, Default)]
@@ -62,6 +71,8 @@ struct SensorMeter {
     times: VecDeque<Timestamp>,
     latencies_ns: Ring,
     bodies: u32,
+    refusals: Refusals,
+    before_calibration: u64,
 }
 
 /// The latest samples.
@@ -97,13 +108,29 @@ impl Meters {
     }
 
     pub(super) fn input(&mut self, input: &Input) {
-        let Input::Observation(observation) = input else {
-            return;
+        let observation = match input {
+            Input::Observation(observation) => observation,
+            Input::Calibration(_) => {
+                self.calibrated = true;
+                return;
+            }
+            _ => return,
         };
         self.newest_arrival = Some(observation.received);
         let meter = self.sensor(observation.sensor);
         remember(&mut meter.times, observation.received);
         meter.bodies = observation.bodies.len() as u32;
+    }
+
+    /// Something of a sensor was refused.
+    pub(super) fn rejected(&mut self, rejection: &Rejection) {
+        if rejection.joint.is_some() {
+            return;
+        }
+        let is_early = !self.calibrated && rejection.reason == RejectionReason::Uncalibrated;
+        let meter = self.sensor(rejection.sensor);
+        meter.before_calibration += u64::from(is_early);
+        meter.refusals.add(rejection.time, rejection.reason);
     }
 
     /// From capture to arrival.
@@ -125,11 +152,21 @@ impl Meters {
         self.worked_frames += frames;
     }
 
-    pub(super) fn snapshot(&mut self, engine: &Engine, now: Timestamp) -> Snapshot {
-        if self.worked_frames > 0 {
-            self.engine_us = self.worked_ns as f64 * 1e-3 / f64::from(self.worked_frames);
-            (self.worked_ns, self.worked_frames) = (0, 0);
+    /// The latest work per frame; work while nothing was fused belongs to no frame, and is forgotten.
+    fn work_per_frame_us(&mut self) -> f64 {
+        let (worked_ns, frames) = (
+            std::mem::take(&mut self.worked_ns),
+            std::mem::take(&mut self.worked_frames),
+        );
+        if frames > 0 {
+            self.engine_us = worked_ns as f64 * 1e-3 / f64::from(frames);
+        } else if self.frame_times.is_empty() {
+            self.engine_us = 0.0;
         }
+        self.engine_us
+    }
+
+    pub(super) fn snapshot(&mut self, engine: &Engine, now: Timestamp) -> Snapshot {
         let ms = |ns: Option<i64>| ns.map_or(0.0, |ns| ns as f64 * 1e-6);
         let diagnostics = engine.diagnostics();
         let view = |(index, meter): (usize, &mut SensorMeter)| {
@@ -147,10 +184,13 @@ impl Meters {
                 residual_mm: found.and_then(|found| Some(found.residual_m? * 1e3)),
                 bodies: meter.bodies,
                 rejected: found.map_or_else(Vec::new, rejected),
+                before_calibration: meter.before_calibration,
+                unused: meter.refusals.main(meter.times.len(), now),
             }
         };
         let sensors = self.sensors.iter_mut().enumerate().map(view).collect();
         let frames_per_second = rate(&mut self.frame_times, now);
+        let engine_us = self.work_per_frame_us();
         let is_silent = frames_per_second == 0.0;
         if is_silent {
             self.latencies_ns.0.clear();
@@ -159,7 +199,7 @@ impl Meters {
             people: if is_silent { 0 } else { self.people },
             frames: self.frames,
             frames_per_second,
-            engine_us: self.engine_us,
+            engine_us,
             latency_p50_ms: ms(self.latencies_ns.quantile(0.5)),
             latency_p99_ms: ms(self.latencies_ns.quantile(0.99)),
             sensors,
@@ -216,6 +256,21 @@ mod tests {
         let later = at(119).plus_ns(1_500_000_000);
         assert!(rate(&mut times, later) < 15.0);
         assert_eq!(rate(&mut times, at(119).plus_ns(2_100_000_000)), 0.0);
+    }
+
+    #[test]
+    fn work_without_a_frame_belongs_to_no_frame() {
+        let mut meters = Meters::default();
+        let at = |ms: i64| Timestamp::from_ns(ms * 1_000_000);
+        meters.worked(at(0), at(900), 0);
+        assert_eq!(meters.work_per_frame_us(), 0.0);
+        meters.worked(at(1000), at(1002), 1);
+        meters.frame_times.push_back(at(1002));
+        assert_eq!(meters.work_per_frame_us(), 2000.0);
+        // Between two frames the last one's work still stands; after a silence there is none.
+        assert_eq!(meters.work_per_frame_us(), 2000.0);
+        meters.frame_times.clear();
+        assert_eq!(meters.work_per_frame_us(), 0.0);
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod command;
 mod drive;
 mod meters;
 mod queue;
+mod refusals;
 
 use std::sync::Arc;
 
@@ -16,6 +17,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 pub(crate) use command::{Command, Commands, WalkFrame};
 pub(crate) use meters::{SensorView, Snapshot};
 pub(crate) use queue::{Inputs, Pushed};
+pub(crate) use refusals::Unused;
 
 use crate::sinks::Counters;
 use crate::{Clock, ServerError, Threads};

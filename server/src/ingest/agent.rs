@@ -24,6 +24,10 @@ const DOWN_QUEUE: usize = 16;
 const MAX_TROUBLE: usize = 300;
 /// Messages taken at once, if they are there.
 const BURST: usize = 32;
+/// Frames that may be missing at once: a year at 30 Hz. A number further away is none.
+const MAX_GAP: u64 = 1_000_000_000;
+/// The highest number an agent may begin with.
+const MAX_FIRST: u64 = i64::MAX as u64;
 /// How often acknowledgements and probes are looked after.
 const BEAT: Duration = Duration::from_millis(50);
 /// The clocks are mapped fast at first ...
@@ -222,43 +226,55 @@ impl Agent {
     async fn frame(&mut self, frame: v1::Frame, received: Timestamp) -> Next {
         let sensor = self.joined.sensor.clone();
         sensor.count_received(received);
-        match self.last {
-            Some(last) if frame.sequence <= last => {
+        let sequence = frame.sequence;
+        let lost = match gap(self.last, sequence) {
+            Gap::Frames(lost) => lost,
+            Gap::Duplicate => {
                 sensor.count_refused(Refusal::Duplicate);
                 return Next::Go;
             }
-            Some(last) => sensor.count_lost(frame.sequence - last - 1),
-            None => {}
-        }
-        self.last = Some(frame.sequence);
+            Gap::TooWide => {
+                let what = format!(
+                    "frame {sequence} was refused: an agent counts its frames one by one, and this number is out of \
+                     reach of the last one; start the agent again"
+                );
+                self.refuse(Refusal::Malformed, received, what);
+                return Next::Go;
+            }
+        };
         let bodies = match bodies_from_agent(sensor.id(), self.joined.joint_set, &frame.bodies) {
             Ok(bodies) => bodies,
             Err(error) => {
-                self.refuse(
-                    Refusal::from(&error),
-                    received,
-                    describe(&error, frame.sequence),
-                );
+                self.refuse(Refusal::from(&error), received, describe(&error, sequence));
+                self.settle(sequence, lost);
                 return Next::Go;
             }
         };
         let input = Input::Observation(Observation {
             sensor: sensor.id(),
-            sequence: frame.sequence,
+            sequence,
             captured: AgentTime::from_ns(frame.captured_ns),
             received,
             bodies,
         });
         match self.inputs.push(input, self.clock.as_ref()).await {
-            Pushed::Queued => Next::Go,
+            Pushed::Queued => {}
             Pushed::Full => {
                 let what =
                     "the fusion thread cannot keep up with the sensors of this room".to_owned();
                 self.refuse(Refusal::QueueFull, received, what);
-                Next::Go
             }
-            Pushed::Stopped => self.end(Status::unavailable("the server is stopping")),
+            // Nobody has it: it must not be acknowledged.
+            Pushed::Stopped => return self.end(Status::unavailable("the server is stopping")),
         }
+        self.settle(sequence, lost);
+        Next::Go
+    }
+
+    /// A frame was used or refused for good: it need not be sent again.
+    fn settle(&mut self, sequence: u64, lost: u64) {
+        self.last = Some(sequence);
+        self.joined.sensor.count_lost(lost);
     }
 
     fn refuse(&self, refusal: Refusal, now: Timestamp, what: String) {
@@ -269,6 +285,46 @@ impl Agent {
     }
 }
 
+/// How a frame's number follows the last one.
+#[derive(Debug, PartialEq, Eq)]
+enum Gap {
+    /// So many frames are missing between them.
+    Frames(u64),
+    Duplicate,
+    TooWide,
+}
+
+fn gap(last: Option<u64>, sequence: u64) -> Gap {
+    match last {
+        // An agent that began near the end of the numbers could not count on.
+        None if sequence > MAX_FIRST => Gap::TooWide,
+        None => Gap::Frames(0),
+        Some(last) => match sequence.checked_sub(last) {
+            None | Some(0) => Gap::Duplicate,
+            Some(step) if step - 1 > MAX_GAP => Gap::TooWide,
+            Some(step) => Gap::Frames(step - 1),
+        },
+    }
+}
+
 fn describe(error: &WireError, sequence: u64) -> String {
     format!("frame {sequence} was refused: {error}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_out_of_reach_is_none() {
+        assert_eq!(gap(None, 17), Gap::Frames(0));
+        assert_eq!(gap(Some(17), 18), Gap::Frames(0));
+        assert_eq!(gap(Some(17), 20), Gap::Frames(2));
+        assert_eq!(gap(Some(17), 17), Gap::Duplicate);
+        assert_eq!(gap(Some(17), 3), Gap::Duplicate);
+        assert_eq!(gap(Some(0), MAX_GAP + 1), Gap::Frames(MAX_GAP));
+        assert_eq!(gap(Some(0), MAX_GAP + 2), Gap::TooWide);
+        assert_eq!(gap(Some(17), u64::MAX), Gap::TooWide);
+        assert_eq!(gap(None, u64::MAX), Gap::TooWide);
+    }
 }

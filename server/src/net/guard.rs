@@ -16,7 +16,7 @@ use http::{Method, StatusCode};
 
 /// What a page may load and do: its own files, nothing else, nobody may frame it.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; \
-    style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    style-src 'self'; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// The names by which this server may be called.
 #[derive(Debug)]

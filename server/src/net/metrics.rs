@@ -1,7 +1,9 @@
 //! `/metrics`: the room's state in Prometheus' text form, made from the same status that everybody else sees.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU64;
 
+use posefuse_fusion::RejectionReason;
 use posefuse_proto::v1;
 use prometheus_client::encoding::text::encode;
 use prometheus_client::metrics::counter::Counter;
@@ -10,16 +12,21 @@ use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::registry::Registry;
 
 use super::Connections;
+use crate::fusion_thread::Snapshot;
 
 type Labels = Vec<(&'static str, String)>;
 type Totals = Family<Labels, Counter>;
 type Values = Family<Labels, Gauge<f64, AtomicU64>>;
 
 /// The page's text.
-pub(super) fn text(status: &v1::RoomStatus, frames: u64, connections: &Connections) -> String {
+pub(super) fn text(
+    status: &v1::RoomStatus,
+    snapshot: &Snapshot,
+    connections: &Connections,
+) -> String {
     let mut page = Page(Registry::with_prefix("posefuse"));
-    sensors(&mut page, status);
-    page.total("frames", "Fused frames", frames);
+    sensors(&mut page, status, snapshot);
+    page.total("frames", "Fused frames", snapshot.frames);
     room(&mut page, status, connections);
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -64,83 +71,93 @@ fn of(sensor: &v1::SensorStatus) -> Labels {
     vec![("sensor", name.unwrap_or_default())]
 }
 
-fn sensors(page: &mut Page, status: &v1::RoomStatus) {
-    let each = |value: fn(&v1::SensorStatus) -> Option<f64>| -> Vec<_> {
-        let sensors = status.sensors.iter();
-        sensors
-            .filter_map(|sensor| Some((of(sensor), value(sensor)?)))
-            .collect()
-    };
-    let connected = |sensor: &v1::SensorStatus| {
-        Some(f64::from(u8::from(
-            sensor.state() != v1::SensorState::Disconnected,
-        )))
-    };
-    let live = |sensor: &v1::SensorStatus| {
-        Some(f64::from(u8::from(sensor.state() == v1::SensorState::Live)))
-    };
-    page.values(
+/// One gauge of a sensor; absent while it is not known.
+type SensorValue = (
+    &'static str,
+    &'static str,
+    fn(&v1::SensorStatus) -> Option<f64>,
+);
+
+const SENSOR_VALUES: [SensorValue; 7] = [
+    (
         "sensor_connected",
         "Whether the sensor's agent is connected",
-        each(connected),
-    );
-    page.values(
-        "sensor_live",
-        "Whether the sensor delivers frames",
-        each(live),
-    );
-    page.values(
+        |s| truth(s.state() != v1::SensorState::Disconnected),
+    ),
+    ("sensor_live", "Whether the sensor delivers frames", |s| {
+        truth(s.state() == v1::SensorState::Live)
+    }),
+    (
         "sensor_frames_per_second",
         "Frames per second over the last two seconds",
-        each(|s| Some(s.frames_per_second)),
-    );
-    page.values(
+        |s| Some(s.frames_per_second),
+    ),
+    (
         "sensor_latency_seconds",
         "From capture to the server, median",
-        each(|s| Some(s.latency_ms? * 1e-3)),
-    );
-    page.values(
+        |s| Some(s.latency_ms? * 1e-3),
+    ),
+    (
         "sensor_clock_offset_seconds",
         "Agent clock against server clock",
-        each(|s| Some(s.clock_offset_ms? * 1e-3)),
-    );
-    page.values(
+        |s| Some(s.clock_offset_ms? * 1e-3),
+    ),
+    (
         "sensor_clock_error_seconds",
         "Bound of the offset's error",
-        each(|s| Some(s.clock_error_ms? * 1e-3)),
-    );
-    page.values(
+        |s| Some(s.clock_error_ms? * 1e-3),
+    ),
+    (
         "sensor_residual_meters",
         "Median distance of the sensor's joints to the fused ones",
-        each(|s| Some(s.residual_mm? * 1e-3)),
-    );
-    let total = |value: fn(&v1::SensorStatus) -> u64| -> Vec<_> {
-        status
-            .sensors
-            .iter()
-            .map(|sensor| (of(sensor), value(sensor)))
-            .collect()
-    };
-    page.totals(
-        "sensor_frames_received",
-        "Frames that came",
-        total(|s| s.frames_received),
-    );
-    page.totals(
-        "sensor_frames_lost",
-        "Gaps in the sequence numbers",
-        total(|s| s.frames_lost),
-    );
-    let refused = status.sensors.iter().flat_map(|sensor| {
-        let mut reasons: Vec<_> = sensor.rejected.iter().collect();
-        reasons.sort();
-        reasons.into_iter().map(|(reason, count)| {
+        |s| Some(s.residual_mm? * 1e-3),
+    ),
+];
+
+fn truth(is_so: bool) -> Option<f64> {
+    Some(f64::from(u8::from(is_so)))
+}
+
+fn sensors(page: &mut Page, status: &v1::RoomStatus, snapshot: &Snapshot) {
+    for (name, help, value) in SENSOR_VALUES {
+        let sensors = status.sensors.iter();
+        page.values(
+            name,
+            help,
+            sensors.filter_map(|sensor| Some((of(sensor), value(sensor)?))),
+        );
+    }
+    let sensors = status.sensors.iter();
+    let received = sensors.clone().map(|s| (of(s), s.frames_received));
+    page.totals("sensor_frames_received", "Frames that came", received);
+    let lost = sensors.clone().map(|s| (of(s), s.frames_lost));
+    page.totals("sensor_frames_lost", "Gaps in the sequence numbers", lost);
+    let refused = sensors.flat_map(|sensor| {
+        let of_reason = |(reason, count)| {
             let mut labels = of(sensor);
-            labels.push(("reason", reason.clone()));
-            (labels, *count)
-        })
+            labels.push(("reason", reason));
+            (labels, count)
+        };
+        rejected(sensor, snapshot).into_iter().map(of_reason)
     });
     page.totals("rejected", "Frames and joints refused", refused);
+}
+
+/// What was refused, by reason; here also what came before there was a calibration.
+fn rejected(sensor: &v1::SensorStatus, snapshot: &Snapshot) -> BTreeMap<String, u64> {
+    let shown = sensor.rejected.iter();
+    let mut all: BTreeMap<String, u64> =
+        shown.map(|(name, count)| (name.clone(), *count)).collect();
+    let id = sensor.info.as_ref().map(|info| info.id as usize);
+    let view = id.and_then(|id| snapshot.sensors.get(id));
+    if let Some(early) = view
+        .map(|view| view.before_calibration)
+        .filter(|early| *early > 0)
+    {
+        *all.entry(RejectionReason::Uncalibrated.name().to_owned())
+            .or_default() += early;
+    }
+    all
 }
 
 fn room(page: &mut Page, status: &v1::RoomStatus, connections: &Connections) {

@@ -133,7 +133,7 @@ pub(crate) fn router(
 async fn metrics_page(
     State(room): State<RoomService>,
 ) -> ([(http::HeaderName, &'static str); 1], String) {
-    let text = metrics::text(&room.status(), room.frames(), room.connections());
+    let text = metrics::text(&room.status(), &room.snapshot(), room.connections());
     let kind = "application/openmetrics-text; version=1.0.0; charset=utf-8";
     ([(http::header::CONTENT_TYPE, kind)], text)
 }

@@ -28,7 +28,7 @@ pub struct Config {
     pub min_free_mb: u64,
     /// Messages that may wait for the disk: 8192 are some 4 s of 64 sensors.
     pub queue: usize,
-    /// What is recorded is on the disk after so long, milliseconds; at most 250.
+    /// What is recorded is on the disk after so long, milliseconds; 20 to 250.
     pub flush_ms: u64,
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use posefuse_session::{
-    EngineState, Event, Storage, TakeError, TakeHeader, TakeInfo, TakeOptions, TakeWriter,
+    EngineState, Storage, TakeError, TakeHeader, TakeInfo, TakeOptions, TakeWriter,
 };
 use tokio::sync::{mpsc, oneshot};
 
@@ -109,7 +109,7 @@ impl Recorder {
                 }
                 () = clock.sleep_until(due) => {}
             }
-            self.note_dropped(clock)?;
+            self.note_dropped();
             let flushed = self.writer.flush(clock.now())?;
             self.progress.bytes.store(flushed.bytes, Ordering::Relaxed);
             if flushed.ended.is_some() {
@@ -132,22 +132,15 @@ impl Recorder {
         }
     }
 
-    fn note_dropped(&mut self, clock: &dyn Clock) -> Result<(), TakeError> {
+    fn note_dropped(&mut self) {
         let dropped = self.progress.dropped.load(Ordering::Relaxed);
         let new = dropped - self.told_dropped;
         if new == 0 {
-            return Ok(());
+            return;
         }
         self.told_dropped = dropped;
         self.writer.dropped(new);
-        let text = format!("{new} inputs could not be recorded: the disk was too slow");
         tracing::warn!(new, "inputs could not be recorded: the disk is too slow");
-        self.writer.event(&Event {
-            time_ns: clock.now().ns(),
-            kind: "inputs-dropped".to_owned(),
-            sensor: String::new(),
-            text,
-        })
     }
 
     fn finish(self, name: &str, trouble: Option<TakeError>) -> TakeInfo {

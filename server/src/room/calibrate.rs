@@ -27,7 +27,7 @@ const WALK_QUEUE: usize = 1024;
 type Answer = mpsc::Sender<Result<v1::CalibrateEvent, Status>>;
 
 /// Starts to gather; the stream tells of it. Dropping the stream cancels.
-pub(super) fn calibrate(
+pub(super) async fn calibrate(
     room: Arc<Room>,
     request: v1::CalibrateRequest,
 ) -> Result<Answers<v1::CalibrateEvent>, Status> {
@@ -58,7 +58,7 @@ pub(super) fn calibrate(
             }
         )));
     }
-    let right = room.begin_calibrating()?;
+    let right = room.begin_calibrating().await?;
     let (walk, frames) = mpsc::channel(WALK_QUEUE);
     room.commands.try_send(Command::Walk(walk))?;
     let (answer, queue) = mpsc::channel(4);

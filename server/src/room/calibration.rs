@@ -63,8 +63,6 @@ pub(crate) struct CalibrationStore {
     current: Mutex<Option<Arc<Calibration>>>,
     trouble: Mutex<Option<String>>,
     calibrating: AtomicBool,
-    /// One change at a time.
-    changing: tokio::sync::Mutex<()>,
 }
 
 /// Holds the right to calibrate.
@@ -100,7 +98,6 @@ impl CalibrationStore {
             current: Mutex::new(current),
             trouble: Mutex::new(trouble),
             calibrating: AtomicBool::new(false),
-            changing: tokio::sync::Mutex::new(()),
         }
     }
 
@@ -130,7 +127,8 @@ impl CalibrationStore {
 
 impl Room {
     /// Takes the right to calibrate; there is one.
-    pub(super) fn begin_calibrating(self: &Arc<Self>) -> Result<Calibrating, Status> {
+    pub(super) async fn begin_calibrating(self: &Arc<Self>) -> Result<Calibrating, Status> {
+        let _changing = self.changing.lock().await;
         if self.takes.is_recording() {
             return Err(Status::failed_precondition(
                 "a take is being recorded: stop it before you calibrate",
@@ -143,15 +141,30 @@ impl Room {
     }
 
     /// Writes a calibration to its file and puts it in force. Refused while a take runs.
-    pub(super) async fn put_in_force(&self, calibration: Calibration) -> Result<(), Status> {
-        let store = &self.calibration;
-        let _changing = store.changing.lock().await;
+    pub(super) async fn put_in_force(
+        self: &Arc<Self>,
+        calibration: Calibration,
+    ) -> Result<(), Status> {
+        // On a task of its own: a client that goes away must not leave file, engine and server with different ones.
+        let room = self.clone();
+        let change = async move { room.change_calibration(calibration).await };
+        self.tasks
+            .spawn(change)
+            .await
+            .map_err(|_| Status::internal("changing the calibration failed"))?
+    }
+
+    async fn change_calibration(&self, calibration: Calibration) -> Result<(), Status> {
+        let _changing = self.changing.lock().await;
+        if self.stop.is_cancelled() {
+            return Err(Status::unavailable("the server is stopping"));
+        }
         if self.takes.is_recording() {
             return Err(Status::failed_precondition(
                 "a take is being recorded: stop it before you change the calibration",
             ));
         }
-        let calibration = Arc::new(calibration);
+        let (store, calibration) = (&self.calibration, Arc::new(calibration));
         let (storage, file) = (store.storage.clone(), store.file.clone());
         let (text, stamp) = (
             to_toml(&calibration),

@@ -2,6 +2,8 @@
 
 mod calibrate;
 mod calibration;
+mod catalogue;
+mod recording;
 mod replay;
 mod sensors;
 mod service;
@@ -15,14 +17,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use posefuse_proto::v1;
 use posefuse_session::Storage;
 use posefuse_skeleton::SensorId;
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tonic::Status;
 
 pub(crate) use calibration::CalibrationStore;
 pub use calibration::Config as CalibrationConfig;
-pub use takes::BUILD;
+pub use recording::BUILD;
 pub(crate) use takes::Takes;
 pub(crate) use watchman::watch_over;
 
@@ -43,9 +45,13 @@ pub(crate) struct Room {
     pub(crate) commands: Commands,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) counters: Arc<Counters>,
+    /// One for each subscriber there may be.
+    pub(crate) places: Arc<Semaphore>,
     pub(crate) connections: Arc<Connections>,
     pub(crate) calibration: CalibrationStore,
     pub(crate) takes: Takes,
+    /// Held while a take starts or stops and while the calibration changes: never both, so no sensor moves in a take.
+    pub(crate) changing: tokio::sync::Mutex<()>,
     /// Free bytes where takes go; `u64::MAX`: unknown.
     pub(crate) disk_free: AtomicU64,
     pub(crate) tasks: TaskTracker,
@@ -62,9 +68,9 @@ impl RoomService {
         status::status(&self.0)
     }
 
-    /// Fused frames since the start.
-    pub(crate) fn frames(&self) -> u64 {
-        self.0.snapshot.borrow().frames
+    /// What the fusion thread last told.
+    pub(crate) fn snapshot(&self) -> Arc<Snapshot> {
+        self.0.snapshot.borrow().clone()
     }
 
     pub(crate) fn connections(&self) -> &Connections {
@@ -76,7 +82,7 @@ impl RoomService {
         &self,
         request: tonic::Request<v1::WatchRequest>,
     ) -> Result<EncodedStream, Status> {
-        let (subscriber, stream) = subscribe(&self.0.config.watch);
+        let (subscriber, stream) = subscribe(&self.0.config.watch, &self.0.places)?;
         let pace = Pace::new(request.into_inner().max_rate_hz);
         self.0.commands.try_send(Command::Watch(subscriber, pace))?;
         Ok(stream)
@@ -95,7 +101,7 @@ impl RoomService {
                 SensorId::MAX_SENSORS
             )));
         }
-        let (subscriber, stream) = subscribe(&self.0.config.watch);
+        let (subscriber, stream) = subscribe(&self.0.config.watch, &self.0.places)?;
         let subscriber = SensorSubscriber {
             subscriber,
             names: request.sensors,

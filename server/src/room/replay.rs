@@ -12,8 +12,8 @@ use tokio::sync::mpsc;
 use tonic::Status;
 
 use super::Room;
+use super::catalogue::{refused, take_to_wire};
 use super::service::{Answers, answers};
-use super::takes::{refused, take_to_wire};
 use v1::replay_event::Event;
 
 /// Messages read ahead of the client.

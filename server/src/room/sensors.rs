@@ -2,11 +2,14 @@
 
 use std::collections::HashMap;
 
+use posefuse_fusion::RejectionReason;
 use posefuse_proto::{pose_to_wire, sensor_info_to_wire, v1};
 use posefuse_skeleton::{Calibration, Timestamp};
 
-use crate::fusion_thread::SensorView;
+use crate::fusion_thread::{SensorView, Unused};
 use crate::ingest::{Refusal, Sensor};
+
+use super::calibration::REMEDY;
 
 /// A connected sensor without a frame for so long is stalled.
 const STALLED_NS: i64 = 1_000_000_000;
@@ -58,7 +61,7 @@ pub(super) fn status(
     let state = state(sensor, now);
     let pose = calibration.and_then(|calibration| calibration.sensors.get(sensor.name()));
     let clock = view.and_then(|view| view.clock.as_ref());
-    let trouble = trouble(sensor, view, state, now);
+    let trouble = trouble(sensor, view, state, calibration.is_some(), now);
     let greeting = sensor.greeting();
     let (fov_horizontal_deg, fov_vertical_deg) = field_of_view(&greeting.info.model);
     v1::SensorStatus {
@@ -93,9 +96,15 @@ pub(super) fn status(
 fn rejected(sensor: &Sensor, view: Option<&SensorView>) -> HashMap<String, u64> {
     let before = Refusal::ALL.map(|refusal| (refusal.name(), sensor.refused(refusal)));
     let by_engine = view.map_or(&[][..], |view| &view.rejected);
-    let by_engine = by_engine
-        .iter()
-        .map(|(reason, count)| (reason.name(), *count));
+    let early = view.map_or(0, |view| view.before_calibration);
+    let by_engine = by_engine.iter().map(|(reason, count)| {
+        // That nothing was used before there was a calibration is no fault of the sensor's.
+        let count = match reason {
+            RejectionReason::Uncalibrated => count.saturating_sub(early),
+            _ => *count,
+        };
+        (reason.name(), count)
+    });
     before
         .into_iter()
         .chain(by_engine)
@@ -108,6 +117,7 @@ fn trouble(
     sensor: &Sensor,
     view: Option<&SensorView>,
     state: v1::SensorState,
+    room_is_calibrated: bool,
     now: Timestamp,
 ) -> String {
     let name = sensor.name();
@@ -140,7 +150,40 @@ fn trouble(
         return "its agent's clock has jumped: frames are held back until it is mapped again"
             .to_owned();
     }
-    String::new()
+    let unused = view.and_then(|view| view.unused);
+    unused.map_or_else(String::new, |unused| why_unused(unused, room_is_calibrated))
+}
+
+/// Why frames that came well are not used, and what to do; nothing where the room's own trouble says it.
+fn why_unused(unused: Unused, room_is_calibrated: bool) -> String {
+    let percent = (unused.share * 100.0).round();
+    match unused.reason {
+        RejectionReason::Late => format!(
+            "{percent} % of its frames come too late to be used: lower the load on its machine, or use a cable \
+             (`max_age_ms` and `max_lag_ms` under `[fusion.intake]` say how late they may come)"
+        ),
+        RejectionReason::OutOfOrder => format!(
+            "{percent} % of its frames are older than one before them: its agent must send each frame once, in the \
+             order of capture, with the time of capture"
+        ),
+        RejectionReason::Repeated => format!(
+            "{percent} % of its frames repeat the last one bit by bit: its tracker is stuck, start its agent again"
+        ),
+        RejectionReason::ClockUnknown => format!(
+            "{percent} % of its frames cannot be placed in time: its agent does not answer the server's clock probes; \
+             use an agent of this release"
+        ),
+        RejectionReason::ClockStep => format!(
+            "{percent} % of its frames are held back: its agent's clock has jumped; if it goes on, start its agent again"
+        ),
+        RejectionReason::Uncalibrated if !room_is_calibrated => String::new(),
+        RejectionReason::Uncalibrated => {
+            format!("what it sees is not used: the calibration does not know it; {REMEDY}")
+        }
+        reason => {
+            format!("{percent} % of its frames are refused ({reason}): start its agent again")
+        }
+    }
 }
 
 #[cfg(test)]

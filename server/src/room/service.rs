@@ -86,7 +86,7 @@ impl v1::room_server::Room for RoomService {
         &self,
         request: Request<v1::CalibrateRequest>,
     ) -> Answer<Self::CalibrateStream> {
-        let events = calibrate::calibrate(self.0.clone(), request.into_inner())?;
+        let events = calibrate::calibrate(self.0.clone(), request.into_inner()).await?;
         Ok(Response::new(events))
     }
 

@@ -58,11 +58,8 @@ fn troubles(room: &Room, sensors: &[v1::SensorStatus]) -> Vec<String> {
     let mut troubles = Vec::new();
     if let Some(trouble) = room.calibration.trouble() {
         troubles.push(trouble);
-    } else if room.calibration.current().is_none() && sensors.len() > 1 {
-        troubles.push(format!(
-            "no calibration: nobody knows where the sensors stand, so nothing is fused; {}",
-            calibration::REMEDY
-        ));
+    } else if room.calibration.current().is_none() {
+        troubles.extend(no_calibration(sensors));
     }
     let uncalibrated: Vec<_> = sensors
         .iter()
@@ -90,6 +87,21 @@ fn troubles(room: &Room, sensors: &[v1::SensorStatus]) -> Vec<String> {
     troubles
 }
 
+/// That sensors are connected, but nobody knows where they stand.
+fn no_calibration(sensors: &[v1::SensorStatus]) -> Option<String> {
+    let is_connected = |sensor: &&v1::SensorStatus| sensor.state() != v1::SensorState::Disconnected;
+    let first = match sensors.iter().filter(is_connected).count() {
+        0 => return None,
+        // Calibration relates sensors to each other.
+        1 => "connect a second sensor, then ",
+        _ => "",
+    };
+    Some(format!(
+        "no calibration: nobody knows where the sensors stand, so nothing is fused; {first}{}",
+        calibration::REMEDY
+    ))
+}
+
 /// The status now, then whenever it has changed, at most `max_rate_hz` times and at least once a second.
 pub(super) fn changes(
     room: Arc<Room>,
@@ -114,6 +126,7 @@ pub(super) fn changes(
             let next = status(&room);
             let same_but_for_time = v1::RoomStatus {
                 time_ns: last.time_ns,
+                unix_offset_ns: last.unix_offset_ns,
                 ..next.clone()
             } == last;
             if !same_but_for_time || next.time_ns >= due {

@@ -71,6 +71,7 @@ fn event(
         kind: kind.to_owned(),
         sensor: sensor.name().to_owned(),
         text: text.to_owned(),
+        ..Event::default()
     })
 }
 

@@ -20,6 +20,8 @@ pub(crate) use subscriber::{Pace, Subscriber, subscribe};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
+    /// Subscribers to fused and to raw frames at once, together; further ones are refused.
+    pub max_subscribers: usize,
     /// Messages that may wait for one subscriber; beyond, it loses the newest.
     pub queue: usize,
     /// A subscriber that has taken nothing for so long is cut, milliseconds.
@@ -29,6 +31,7 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Self {
         Self {
+            max_subscribers: 256,
             queue: 128,
             cut_after_ms: 5000,
         }
@@ -70,6 +73,12 @@ impl Subscribers {
 
     pub(crate) fn add_watch_sensors(&mut self, subscriber: SensorSubscriber) {
         self.sensors.push(subscriber);
+    }
+
+    /// Lets go of subscribers that are gone: one that is never offered anything would stay for ever.
+    pub(crate) fn forget_gone(&mut self) {
+        self.frames.retain(|(subscriber, _)| !subscriber.is_gone());
+        self.sensors.retain(|wanting| !wanting.subscriber.is_gone());
     }
 
     /// Hands a sensor's frame to whoever wants it; encodes it at most once.

@@ -7,7 +7,7 @@ use std::time::Duration;
 use bytes::Bytes;
 use futures_util::stream;
 use posefuse_skeleton::Timestamp;
-use tokio::sync::mpsc;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tonic::Status;
 
 use super::{Config, Meter};
@@ -20,10 +20,21 @@ pub(crate) struct Subscriber {
     cut: Arc<AtomicBool>,
     cut_after_ns: i64,
     full_since: Option<Timestamp>,
+    _place: OwnedSemaphorePermit,
 }
 
-/// A new subscriber and its stream.
-pub(crate) fn subscribe(config: &Config) -> (Subscriber, EncodedStream) {
+/// A new subscriber and its stream, if one of the `places` is free. Its place is free again once the fusion thread has
+/// let go of it, so that what that thread holds is bounded.
+pub(crate) fn subscribe(
+    config: &Config,
+    places: &Arc<Semaphore>,
+) -> Result<(Subscriber, EncodedStream), Status> {
+    let place = places.clone().try_acquire_owned().map_err(|_| {
+        Status::resource_exhausted(format!(
+            "this room serves {} subscribers already: end one, or raise `max_subscribers` under `[watch]`",
+            config.max_subscribers
+        ))
+    })?;
     let (queue, messages) = mpsc::channel(config.queue);
     let cut = Arc::new(AtomicBool::new(false));
     let after = Duration::from_millis(config.cut_after_ms);
@@ -32,6 +43,7 @@ pub(crate) fn subscribe(config: &Config) -> (Subscriber, EncodedStream) {
         cut: cut.clone(),
         cut_after_ns: after.as_nanos() as i64,
         full_since: None,
+        _place: place,
     };
     let stream = stream::unfold(Some((messages, cut)), move |open| async move {
         let (mut messages, cut) = open?;
@@ -48,10 +60,15 @@ pub(crate) fn subscribe(config: &Config) -> (Subscriber, EncodedStream) {
         };
         Some((Err(end), None))
     });
-    (subscriber, Box::pin(stream))
+    Ok((subscriber, Box::pin(stream)))
 }
 
 impl Subscriber {
+    /// Whether nobody reads its stream any more.
+    pub(super) fn is_gone(&self) -> bool {
+        self.queue.is_closed()
+    }
+
     /// Offers a message; `false`: the subscriber is gone, or was cut.
     pub(super) fn offer(&mut self, message: &Bytes, now: Timestamp, meter: &Meter) -> bool {
         match self.queue.try_send(message.clone()) {
@@ -140,11 +157,18 @@ mod tests {
     async fn a_subscriber_that_takes_nothing_loses_its_own_and_is_cut() {
         use futures_util::StreamExt;
         let config = Config {
+            max_subscribers: 1,
             queue: 2,
             cut_after_ms: 5000,
         };
+        let places = Arc::new(Semaphore::new(config.max_subscribers));
         let meter = Meter::default();
-        let (mut slow, mut slow_stream) = subscribe(&config);
+        let (mut slow, mut slow_stream) = subscribe(&config, &places).unwrap();
+        let refused = subscribe(&config, &places).err().unwrap();
+        assert!(
+            refused.message().contains("1 subscribers already"),
+            "{refused}"
+        );
         let message = Bytes::from_static(b"frame");
         let at = |second: i64| Timestamp::from_ns(second * 1_000_000_000);
         for second in 0..7 {
