@@ -62,6 +62,7 @@ pub(crate) fn event_to_bytes(event: &Event) -> Vec<u8> {
         kind: event.kind.clone(),
         sensor: event.sensor.clone(),
         text: event.text.clone(),
+        count: event.count,
     }
     .encode_to_vec()
 }
@@ -146,6 +147,7 @@ fn event(wire: v1::Event) -> Event {
         kind: wire.kind,
         sensor: wire.sensor,
         text: wire.text,
+        count: wire.count,
     }
 }
 

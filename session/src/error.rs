@@ -17,15 +17,41 @@ pub enum TakeError {
     #[error("take `{0}` exists already; choose another name")]
     Exists(String),
     /// No take has this name.
-    #[error("there is no take `{0}`")]
+    #[error("there is no take `{0}`; the list of takes has the names there are")]
     Missing(String),
     /// The take has no footer.
     #[error(
-        "take `{0}` has no end: it is still being recorded, or it was cut off and is repaired when the server starts next"
+        "take `{0}` has no end: if it is being recorded, stop that first; if it was cut off, start the server, which repairs it"
     )]
     Unfinished(String),
+    /// It is another program's file.
+    #[error(
+        "take `{name}` cannot be read: {problem}, so it is no take of Posefuse; move it out of the take folder"
+    )]
+    Foreign {
+        /// Whose file.
+        name: String,
+        /// What it has not that a take has.
+        problem: String,
+    },
+    /// A later version of Posefuse recorded it.
+    #[error(
+        "take `{name}` has format {found}, this build reads formats up to {known}: update Posefuse (it was recorded by {build})"
+    )]
+    Newer {
+        /// The take.
+        name: String,
+        /// Its format.
+        found: i64,
+        /// The latest format that this build reads.
+        known: i64,
+        /// What recorded it.
+        build: String,
+    },
     /// The file is not what a take must be.
-    #[error("take `{name}` cannot be read: {problem}")]
+    #[error(
+        "take `{name}` cannot be read: {problem}; the file is damaged, use a copy of it if there is one"
+    )]
     Damaged {
         /// Whose file.
         name: String,
@@ -33,7 +59,10 @@ pub enum TakeError {
         problem: String,
     },
     /// A message in the take breaks the rules of the wire.
-    #[error("take `{name}`, message {number} of {topic}: {problem}")]
+    #[error(
+        "take `{name}`, message {number} of {topic}: {problem}; the file was changed, or a build with other rules wrote it: \
+         use a copy, or the build that recorded it"
+    )]
     Message {
         /// The take.
         name: String,
@@ -79,7 +108,9 @@ pub enum TakeError {
         source: io::Error,
     },
     /// The file system refused something.
-    #[error("cannot {doing} take `{name}`: {source}")]
+    #[error(
+        "cannot {doing} take `{name}`: {source}; check the disk and this user's rights in the take folder"
+    )]
     Io {
         /// What was tried.
         doing: &'static str,

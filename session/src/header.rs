@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use posefuse_proto::{calibration_from_wire, calibration_to_wire};
-use posefuse_skeleton::{Calibration, Timestamp};
+use posefuse_skeleton::{Calibration, Timestamp, calibration_text};
 
 use crate::{Result, TakeError};
 
 /// The metadata record that a take begins with.
 pub(crate) const START: &str = "posefuse.take";
+/// The format that this build writes, and the latest it reads.
+const FORMAT: i64 = 1;
 /// The attachment with the engine's configuration.
 pub(crate) const CONFIG: &str = "config.toml";
 /// The attachment with the calibration that was in force at the start.
@@ -31,7 +32,7 @@ pub struct TakeHeader {
     pub unix_offset_ns: i64,
     /// The engine's configuration (`fusion::Config`), TOML.
     pub config_toml: String,
-    /// The calibration in force at the start.
+    /// The calibration in force at the start; read from a take, to the decimals of its file's text.
     pub calibration: Option<Calibration>,
     /// What built the engine; a take is fused again from its snapshot by the same build only.
     pub build: String,
@@ -65,6 +66,7 @@ impl TakeHeader {
     /// The metadata record; `preamble` is how many of the first inputs only set the scene.
     pub(crate) fn to_metadata(&self, preamble: usize) -> BTreeMap<String, String> {
         let pairs = [
+            ("format", FORMAT.to_string()),
             ("name", self.name.clone()),
             ("slate", self.slate.clone()),
             ("notes", self.notes.clone()),
@@ -95,6 +97,15 @@ impl TakeHeader {
                 )
             })
         };
+        let found = number("format")?;
+        if found > FORMAT {
+            return Err(TakeError::Newer {
+                name: take.to_owned(),
+                found,
+                known: FORMAT,
+                build: text("build"),
+            });
+        }
         let preamble = u32::try_from(number("preamble")?).unwrap_or(0);
         let header = Self {
             name: take.to_owned(),
@@ -110,18 +121,20 @@ impl TakeHeader {
     }
 }
 
-/// A calibration as a person reads it.
-pub(crate) fn calibration_to_text(calibration: &Calibration) -> Result<String, toml::ser::Error> {
-    toml::to_string_pretty(calibration)
+/// A calibration as its file's text; `None` for one that no file can hold: the inputs have it in any case.
+pub(crate) fn calibration_to_text(take: &str, calibration: &Calibration) -> Option<String> {
+    let text = calibration_text::to_toml(calibration);
+    match calibration_text::from_toml(&text) {
+        Ok(_) => Some(text),
+        Err(error) => {
+            tracing::warn!(take, %error, "the take goes without an attachment `{CALIBRATION}`");
+            None
+        }
+    }
 }
 
-/// A calibration from a take's attachment, checked as one from the wire is.
+/// A calibration from a take's attachment.
 pub(crate) fn calibration_from_text(take: &str, text: &str) -> Result<Calibration> {
-    let problem = |problem: String| {
-        TakeError::damaged(take, format!("attachment `{CALIBRATION}`: {problem}"))
-    };
-    let calibration: Calibration =
-        toml::from_str(text).map_err(|error| problem(error.to_string()))?;
-    calibration_from_wire(&calibration_to_wire(&calibration))
-        .map_err(|error| problem(error.to_string()))
+    calibration_text::from_toml(text)
+        .map_err(|error| TakeError::damaged(take, format!("attachment `{CALIBRATION}`: {error}")))
 }

@@ -32,6 +32,8 @@ pub struct TakeInfo {
     pub size_bytes: u64,
     /// Inputs that did not reach the file.
     pub dropped: u64,
+    /// Frames, rejections and events that did not reach the file.
+    pub dropped_outputs: u64,
     /// How the take stands.
     pub state: TakeState,
     /// What is wrong with it, in words; empty when nothing is.
@@ -85,6 +87,7 @@ impl TakeInfo {
             ("duration_ns", self.duration_ns.to_string()),
             ("frames", self.frames.to_string()),
             ("dropped", self.dropped.to_string()),
+            ("dropped_outputs", self.dropped_outputs.to_string()),
             ("trouble", self.trouble.clone()),
         ];
         pairs
@@ -100,14 +103,16 @@ impl TakeInfo {
             "recovered" => TakeState::Recovered,
             _ => TakeState::Complete,
         };
+        let count = |key: &str| text(key).parse().unwrap_or(0);
         self.people = text("people").parse().unwrap_or(0);
         self.sensors = text("sensors")
             .split_whitespace()
             .map(str::to_owned)
             .collect();
         self.duration_ns = text("duration_ns").parse().unwrap_or(0);
-        self.frames = text("frames").parse().unwrap_or(0);
-        self.dropped = text("dropped").parse().unwrap_or(0);
+        self.frames = count("frames");
+        self.dropped = count("dropped");
+        self.dropped_outputs = count("dropped_outputs");
         self.trouble = text("trouble").to_owned();
     }
 }

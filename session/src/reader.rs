@@ -36,10 +36,10 @@ impl TakeReader {
             })?;
         let index = Index::read(&*file, name)?;
         let Some(start) = index.read_metadata(&*file, name, START)? else {
-            return Err(TakeError::damaged(
-                name,
-                "it is an MCAP file, but no take of Posefuse",
-            ));
+            return Err(TakeError::Foreign {
+                name: name.to_owned(),
+                problem: format!("it is an MCAP file without the metadata `{START}`"),
+            });
         };
         let (mut header, preamble) = TakeHeader::from_metadata(name, &start)?;
         header.config_toml = index

@@ -48,6 +48,16 @@ pub struct Event {
     pub sensor: String,
     /// In words.
     pub text: String,
+    /// [`Event::INPUTS_DROPPED`] and [`Event::OUTPUTS_DROPPED`]: how many messages did not reach the file since the
+    /// last such event.
+    pub count: u64,
+}
+
+impl Event {
+    /// The kind that tells of inputs that are not in the file.
+    pub const INPUTS_DROPPED: &str = "inputs-dropped";
+    /// The kind that tells of frames, rejections and events that are not in the file.
+    pub const OUTPUTS_DROPPED: &str = "outputs-dropped";
 }
 
 /// Where simulated people truly are at one instant.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use posefuse_fusion::Input;
 
-use crate::{Recorded, TakeInfo};
+use crate::{Event, Recorded, TakeInfo};
 
 /// What has been seen of a take so far.
 #[derive(Clone, Debug, Default)]
@@ -13,6 +13,8 @@ pub(crate) struct Tally {
     people: usize,
     sensors: BTreeSet<String>,
     latest_unix_ns: u64,
+    dropped_inputs: u64,
+    dropped_outputs: u64,
 }
 
 impl Tally {
@@ -22,6 +24,7 @@ impl Tally {
         match message {
             Recorded::Input(input) => self.count_input(input),
             Recorded::Frame(frame) => self.count_frame(frame.tracks.len()),
+            Recorded::Event(event) => self.count_event(event),
             _ => {}
         }
     }
@@ -41,9 +44,20 @@ impl Tally {
         self.people = self.people.max(people);
     }
 
+    pub(crate) fn count_event(&mut self, event: &Event) {
+        let dropped = match event.kind.as_str() {
+            Event::INPUTS_DROPPED => &mut self.dropped_inputs,
+            Event::OUTPUTS_DROPPED => &mut self.dropped_outputs,
+            _ => return,
+        };
+        *dropped = dropped.saturating_add(event.count);
+    }
+
     /// Writes what was counted into a list entry; `start_unix_ns` is when the take began.
     pub(crate) fn tell(&self, start_unix_ns: u64, info: &mut TakeInfo) {
         info.frames = self.frames;
+        info.dropped = self.dropped_inputs;
+        info.dropped_outputs = self.dropped_outputs;
         info.people = u32::try_from(self.people).unwrap_or(u32::MAX);
         info.sensors = self.sensors.iter().cloned().collect();
         let duration = self.latest_unix_ns.saturating_sub(start_unix_ns);

@@ -224,3 +224,52 @@ fn changed_messages_never_panic() {
         try_everything(with_changed_message(&whole, number, &changes));
     });
 }
+
+/// The file with one word of it replaced by another of the same length, checksums left as they were.
+fn with_word(bytes: &[u8], old: &[u8], new: &[u8]) -> Vec<u8> {
+    let at = bytes.windows(old.len()).position(|part| part == old);
+    let at = at.unwrap();
+    [&bytes[..at], new, &bytes[at + old.len()..]].concat()
+}
+
+#[test]
+fn each_kind_of_trouble_says_what_to_do() {
+    let whole = small_take();
+    let format = |digit: u8| [b"\x06\0\0\0format\x01\0\0\0".as_slice(), &[digit]].concat();
+    let newer = with_word(&whole, &format(b'1'), &format(b'2'));
+    let mut other_program = std::io::Cursor::new(Vec::new());
+    mcap::Writer::new(&mut other_program)
+        .unwrap()
+        .finish()
+        .unwrap();
+    let mut damaged = whole.clone();
+    damaged[whole.len() / 2] ^= 0x10;
+    let cases = [
+        (
+            b"RIFF....WAVEfmt and so on, for a while".to_vec(),
+            "move it out",
+        ),
+        (other_program.into_inner(), "move it out"),
+        (whole[..whole.len() - 9].to_vec(), "start the server"),
+        (Vec::new(), "copy of it"),
+        (damaged, "copy of it"),
+        (newer, "update Posefuse"),
+    ];
+    for (bytes, remedy) in cases {
+        let files = [("t.mcap".to_owned(), bytes.clone())];
+        let memory = MemoryStorage::holding(files);
+        let opened = TakeReader::open(&memory, "t");
+        let read = opened.and_then(|take| take.inputs().collect::<Result<Vec<_>, _>>());
+        let said = read.unwrap_err().to_string();
+        assert!(said.contains(remedy) && said.contains("`t`"), "{said}");
+        // Whatever cannot be repaired stays as it was.
+        let storage: Arc<dyn Storage> = Arc::new(memory.clone());
+        let recovered = recover(&storage).unwrap();
+        let is_cut_off = remedy == "start the server";
+        assert_eq!(
+            memory.read("t.mcap").unwrap() == bytes,
+            !is_cut_off,
+            "{recovered:?}"
+        );
+    }
+}

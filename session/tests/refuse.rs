@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use posefuse_fusion::{Config, FuseMethod};
 use posefuse_session::{
-    Catalogue, MemoryStorage, RefuseOptions, Storage, TakeError, TakeReader, Topic, recover, refuse,
+    Catalogue, Event, MemoryStorage, RefuseOptions, Storage, TakeError, TakeReader, Topic, recover,
+    refuse,
 };
-use support::{BUILD, calibration, record};
+use posefuse_skeleton::Timestamp;
+use support::{BUILD, as_file, calibration, record};
 
 fn same() -> RefuseOptions {
     RefuseOptions {
@@ -121,7 +123,7 @@ fn another_calibration_replaces_the_recorded_ones() {
         "{report:?}"
     );
     let take = TakeReader::open(&*storage, "moved").unwrap();
-    assert_eq!(take.header().calibration, Some(moved));
+    assert_eq!(take.header().calibration, Some(as_file(&moved)));
     let frames: Vec<_> = take.frames().map(Result::unwrap).collect();
     let uses_cam3 = |frame: &posefuse_skeleton::RoomFrame| {
         frame
@@ -240,4 +242,83 @@ fn an_existing_take_is_not_replaced() {
     assert_eq!(frames_of(&*storage, "other"), before);
     assert_eq!(frames_of(&*storage, "late"), before);
     assert_eq!(files_of(&*storage), ["late.mcap", "other.mcap", "t.mcap"]);
+}
+
+#[test]
+fn either_form_of_the_recorded_calibration_is_the_recorded_one() {
+    let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::new());
+    record(&storage, "t", 1.0, 4.0, 1);
+    let attached = TakeReader::open(&*storage, "t")
+        .unwrap()
+        .header()
+        .calibration
+        .clone();
+    for calibration in [Some(calibration()), attached] {
+        let options = RefuseOptions {
+            calibration,
+            ..same()
+        };
+        let report = refuse(&storage, "t", &options, &mut |_| {}).unwrap();
+        assert!(report.identical && report.from_snapshot, "{report:?}");
+    }
+}
+
+/// Records a room whose recorder loses some frames and events, and tells of lost inputs.
+fn record_with_losses(storage: &Arc<dyn Storage>) -> u64 {
+    let mut recorder = support::Recorder::new();
+    recorder.begin(storage, "t", Timestamp::ZERO, Default::default());
+    let mut writer = recorder.writer.take().unwrap();
+    let mut frames = 0_u64;
+    for input in support::arrivals(4.0, 1) {
+        for (input, outputs) in recorder.steps(input) {
+            writer.input(&input).unwrap();
+            for frame in outputs {
+                frames += 1;
+                match frames % 40 {
+                    7..10 => writer.dropped_outputs(1),
+                    _ => writer.frame(&frame).unwrap(),
+                }
+            }
+            writer.flush(support::time_of(&input)).unwrap();
+        }
+    }
+    writer.dropped(2);
+    writer.dropped_outputs(1);
+    let info = writer.finish().unwrap();
+    assert_eq!(info.dropped, 2);
+    info.dropped_outputs - 1
+}
+
+#[test]
+fn frames_that_the_recording_lacks_are_told_apart_from_others() {
+    let memory = MemoryStorage::new();
+    let storage: Arc<dyn Storage> = Arc::new(memory.clone());
+    let lacking = record_with_losses(&storage);
+    assert!(lacking >= 6, "{lacking}");
+    let report = refuse(&storage, "t", &same(), &mut |_| {}).unwrap();
+    assert!(report.identical, "{report:?}");
+    assert_eq!(report.lacking, lacking);
+    assert_eq!(report.frames, report.recorded_frames + lacking);
+    // The new take has those frames; the lost inputs it cannot have.
+    assert_eq!((report.take.dropped, report.take.dropped_outputs), (2, 0));
+    let take = TakeReader::open(&*storage, "t-refused").unwrap();
+    assert_eq!(take.info().dropped, 2);
+    let kinds: Vec<_> = take.events().map(|event| event.unwrap().kind).collect();
+    assert_eq!(kinds, [Event::INPUTS_DROPPED]);
+
+    // A recovered take knows what it lacks, too.
+    let whole = memory.read("t.mcap").unwrap();
+    let summary = mcap::Summary::read(&whole).unwrap().unwrap();
+    let ends = summary.chunk_indexes.iter();
+    let end = ends
+        .map(|chunk| chunk.chunk_start_offset + chunk.chunk_length)
+        .max();
+    let cut_off = whole[..end.unwrap() as usize].to_vec();
+    let storage: Arc<dyn Storage> =
+        Arc::new(MemoryStorage::holding([("t.mcap".to_owned(), cut_off)]));
+    recover(&storage).unwrap();
+    let info = Catalogue::info(&*storage, "t");
+    assert_eq!((info.dropped, info.dropped_outputs), (2, lacking + 1));
+    let report = refuse(&storage, "t", &same(), &mut |_| {}).unwrap();
+    assert!(report.identical && report.lacking == lacking, "{report:?}");
 }

@@ -5,12 +5,13 @@ mod support;
 
 use std::sync::Arc;
 
+use posefuse_fusion::Input;
 use posefuse_session::{
     Catalogue, DiskStorage, Event, MemoryStorage, Storage, TakeChange, TakeError, TakeReader,
     TakeState, TakeWriter, Topic, TruePerson, Truth,
 };
-use posefuse_skeleton::{Position, Timestamp};
-use support::{calibration, header, record};
+use posefuse_skeleton::{Calibration, Position, Timestamp, calibration_text};
+use support::{as_file, calibration, header, record};
 
 fn memory() -> Arc<dyn Storage> {
     Arc::new(MemoryStorage::new())
@@ -32,7 +33,12 @@ fn a_take_gives_back_everything_that_went_in() {
             (given.number, given.time, given.tracks.len())
         );
     }
-    assert_eq!(take.header(), &header("walk", Timestamp::from_seconds(1.5)));
+    let given = header("walk", Timestamp::from_seconds(1.5));
+    let expected = posefuse_session::TakeHeader {
+        calibration: Some(as_file(&calibration())),
+        ..given
+    };
+    assert_eq!(take.header(), &expected);
     let info = take.info();
     assert_eq!(Some(info), live.info.as_ref());
     assert_eq!(
@@ -79,6 +85,7 @@ fn events_and_truth_come_back() {
         kind: "sensor-stalled".into(),
         sensor: "cam1".into(),
         text: "no frame for a second".into(),
+        count: 0,
     };
     let joints = std::array::from_fn(|joint| Position::new(joint as f64, -0.5, 1.25));
     let truth = Truth {
@@ -87,8 +94,7 @@ fn events_and_truth_come_back() {
     };
     writer.event(&event).unwrap();
     writer.truth(&truth).unwrap();
-    writer.dropped(3);
-    assert_eq!(writer.finish().unwrap().dropped, 3);
+    writer.finish().unwrap();
     let take = TakeReader::open(&*storage, "t").unwrap();
     assert_eq!(
         take.events().map(Result::unwrap).collect::<Vec<_>>(),
@@ -123,7 +129,7 @@ fn slate_and_notes_change_and_nothing_else() {
         take.inputs().map(Result::unwrap).collect::<Vec<_>>(),
         live.inputs
     );
-    assert_eq!(take.header().calibration, Some(calibration()));
+    assert_eq!(take.header().calibration, Some(as_file(&calibration())));
     assert_eq!(
         storage.list().unwrap().len(),
         1,
@@ -190,4 +196,45 @@ fn a_folder_that_cannot_be_used_is_named() {
         error.contains("file/takes") && error.contains("writable"),
         "{error}"
     );
+}
+
+#[test]
+fn the_calibration_in_a_take_is_a_calibration_file() {
+    let memory = MemoryStorage::new();
+    let storage: Arc<dyn Storage> = Arc::new(memory.clone());
+    record(&storage, "walk", 0.0, 0.5, 1);
+    let bytes = memory.read("walk.mcap").unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let index = summary
+        .attachment_indexes
+        .iter()
+        .find(|index| index.name == "calibration.toml")
+        .unwrap();
+    let attachment = mcap::read::attachment(&bytes, index).unwrap();
+    let text = String::from_utf8(attachment.data.to_vec()).unwrap();
+    assert_eq!(text, calibration_text::to_toml(&calibration()));
+    let read = calibration_text::from_toml(&text).unwrap();
+    let take = TakeReader::open(&*storage, "walk").unwrap();
+    assert_eq!(take.header().calibration, Some(read));
+}
+
+#[test]
+fn a_calibration_that_is_no_file_keeps_no_take_from_being_recorded() {
+    let mut far = calibration();
+    far.sensors
+        .values_mut()
+        .for_each(|pose| pose.time_offset_ns = 60_000_000_000);
+    for calibration in [Calibration::default(), far] {
+        let storage = memory();
+        let inputs = [Input::Calibration(Arc::new(calibration.clone()))];
+        let header = posefuse_session::TakeHeader {
+            calibration: Some(calibration),
+            ..header("t", Timestamp::ZERO)
+        };
+        let writer = TakeWriter::create(&storage, header, &inputs, None).unwrap();
+        writer.finish().unwrap();
+        let take = TakeReader::open(&*storage, "t").unwrap();
+        assert_eq!(take.header().calibration, None);
+        assert_eq!(take.beginning().unwrap().1, inputs);
+    }
 }

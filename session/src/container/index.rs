@@ -230,10 +230,10 @@ pub(crate) fn check_start(file: &dyn ReadAt, name: &str, length: u64) -> Result<
         ));
     }
     if read_bytes(file, name, 0, MAGIC)? != mcap::MAGIC {
-        return Err(TakeError::damaged(
-            name,
-            "it does not begin as an MCAP file does",
-        ));
+        return Err(TakeError::Foreign {
+            name: name.to_owned(),
+            problem: "it does not begin as an MCAP file does".to_owned(),
+        });
     }
     Ok(())
 }

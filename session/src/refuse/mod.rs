@@ -5,6 +5,7 @@
 
 mod plan;
 
+use std::iter::Peekable;
 use std::sync::Arc;
 
 use posefuse_fusion::{Config, Engine, Input, Output};
@@ -17,8 +18,8 @@ use plan::Plan;
 use crate::storage::Storage;
 use crate::writer::TakeOptions;
 use crate::{
-    Catalogue, Entries, Entry, Recorded, Result, TakeError, TakeHeader, TakeInfo, TakeReader,
-    TakeWriter, Topic,
+    Catalogue, Entries, Entry, Event, Recorded, Result, TakeError, TakeHeader, TakeInfo,
+    TakeReader, TakeWriter, Topic,
 };
 
 /// Between two flushes of the new take, nanoseconds of take time: it can be made again, so a crash may cost more.
@@ -59,9 +60,11 @@ pub struct RefuseReport {
     pub recorded_frames: u64,
     /// Frames there are now.
     pub frames: u64,
-    /// Every recorded frame came again, in order and byte for byte, and no other came (but from the last input:
-    /// a take that was cut off may lack that one's).
+    /// Every recorded frame came again, in order and byte for byte, and no other came but those that the recording
+    /// lacks: from the last input of a take that was cut off, and those counted in `lacking`.
     pub identical: bool,
+    /// Frames that came now and that were dropped when the old take was recorded.
+    pub lacking: u64,
     /// The first frame that differs.
     pub first_difference: Option<FrameDifference>,
     /// It went on from the recorded snapshot; else it began cold.
@@ -115,7 +118,9 @@ pub fn refuse(
     let run = Run {
         engine,
         writer,
-        recorded: old.entries(&[Topic::Frames], None),
+        recorded: old.entries(&[Topic::Frames], None).peekable(),
+        lacking: 0,
+        lacking_at_most: old.info().dropped_outputs,
         inputs: 0,
         frames: 0,
         recorded_frames: 0,
@@ -128,10 +133,13 @@ pub fn refuse(
 struct Run {
     engine: Engine,
     writer: TakeWriter,
-    recorded: Entries,
+    recorded: Peekable<Entries>,
     inputs: u64,
     frames: u64,
     recorded_frames: u64,
+    /// Frames of now that were dropped when the old take was recorded, and how many that may be.
+    lacking: u64,
+    lacking_at_most: u64,
     first_difference: Option<FrameDifference>,
     /// Input after which the first frame came that the old take has not; it has all before.
     surplus_after: Option<u64>,
@@ -154,6 +162,8 @@ impl Run {
                 Recorded::Input(Input::Calibration(_)) if plan.other_calibration => {}
                 Recorded::Input(input) if plan.own_ticks => self.input_with_own_ticks(input)?,
                 Recorded::Input(input) => self.input(input)?,
+                // The new take has all of its outputs.
+                Recorded::Event(event) if event.kind == Event::OUTPUTS_DROPPED => {}
                 Recorded::Event(event) => self.writer.event(&event)?,
                 Recorded::Truth(truth) => self.writer.truth(&truth)?,
                 _ => {}
@@ -164,6 +174,9 @@ impl Run {
             }
         }
         progress(RefuseProgress { done: total, total });
+        // What the old take's events do not tell of.
+        let told = self.writer.info().dropped;
+        self.writer.dropped(old.info().dropped.saturating_sub(told));
         self.finish(plan.snapshot.is_some())
     }
 
@@ -211,8 +224,12 @@ impl Run {
 
     fn frame(&mut self, frame: &RoomFrame) -> Result<()> {
         self.writer.frame(frame)?;
-        let after = self.frames;
+        let after = self.frames - self.lacking;
         self.frames += 1;
+        if self.recording_lacks(frame) {
+            self.lacking += 1;
+            return Ok(());
+        }
         let found = Some((frame.time, frame.number));
         match self.recorded.next().transpose()? {
             Some(entry) => {
@@ -239,8 +256,16 @@ impl Run {
         Ok(())
     }
 
+    fn recording_lacks(&mut self, frame: &RoomFrame) -> bool {
+        let is_later = |entry: &Result<Entry>| match entry {
+            Ok(entry) => number_of(entry).is_some_and(|(_, number)| number > frame.number),
+            Err(_) => false,
+        };
+        self.lacking < self.lacking_at_most && self.recorded.peek().is_none_or(is_later)
+    }
+
     fn finish(mut self, from_snapshot: bool) -> Result<RefuseReport> {
-        let after = self.frames;
+        let after = self.frames - self.lacking;
         for entry in self.recorded.by_ref() {
             let entry = entry?;
             self.recorded_frames += 1;
@@ -266,6 +291,7 @@ impl Run {
             recorded_frames: self.recorded_frames,
             frames: self.frames,
             identical: self.first_difference.is_none(),
+            lacking: self.lacking,
             first_difference: self.first_difference,
             from_snapshot,
         })

@@ -49,9 +49,15 @@ impl Plan {
         config
             .validate()
             .map_err(|error| wrong(error.to_string()))?;
-        let other_calibration =
-            options.calibration.is_some() && options.calibration != header.calibration;
         let (state, mut preamble) = old.beginning()?;
+        let exact = preamble.iter().rev().find_map(|input| match input {
+            Input::Calibration(calibration) => Some((**calibration).clone()),
+            _ => None,
+        });
+        // Either may be given back: what the engine had, or what the attachment holds of it.
+        let recorded_calibrations = [&exact, &header.calibration];
+        let other_calibration =
+            options.calibration.is_some() && !recorded_calibrations.contains(&&options.calibration);
         let recorded_beginning = preamble.len() + usize::from(state.is_some());
         let usable =
             |state: &EngineState| same_config && !other_calibration && state.build == options.build;
@@ -64,7 +70,7 @@ impl Plan {
                 preamble.push(Input::Calibration(Arc::new(calibration.clone())));
                 Some(calibration.clone())
             }
-            _ => header.calibration.clone(),
+            _ => exact.or_else(|| header.calibration.clone()),
         };
         let (engine, snapshot) = match restored {
             Some((engine, state)) => (engine, Some(state)),

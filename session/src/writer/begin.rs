@@ -90,7 +90,7 @@ impl TakeWriter {
             sequences: Default::default(),
             tally: Tally::default(),
             inputs: 0,
-            dropped: 0,
+            untold: [0; 2],
             calibration: header.calibration.clone().map(Arc::new),
             next_scene: 0,
             next_transforms: 0,
@@ -129,11 +129,8 @@ impl TakeWriter {
     fn write_start(&mut self, preamble: usize) -> Result<()> {
         let start = self.start_unix_ns();
         let mut texts = vec![(CONFIG, self.header.config_toml.clone())];
-        if let Some(calibration) = &self.header.calibration {
-            let text = calibration_to_text(calibration).map_err(|error| TakeError::Config {
-                name: self.header.name.clone(),
-                problem: format!("the calibration has no text form: {error}"),
-            })?;
+        let calibration = self.header.calibration.as_ref();
+        if let Some(text) = calibration.and_then(|c| calibration_to_text(&self.header.name, c)) {
             texts.push((CALIBRATION, text));
         }
         let write = |container: &mut Container| {

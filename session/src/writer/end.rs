@@ -58,6 +58,7 @@ impl TakeWriter {
 
     /// Ends the take: everything is durable, with index and footer.
     pub fn finish(mut self) -> Result<TakeInfo> {
+        self.tell_dropped()?;
         if self.finished.is_none() {
             self.close("")?;
         }
@@ -67,6 +68,7 @@ impl TakeWriter {
     /// Ends a take begun with [`TakeWriter::draft`] and gives it its name. One that ended by itself is an error:
     /// nothing of it is kept.
     pub(crate) fn publish(mut self) -> Result<TakeInfo> {
+        self.tell_dropped()?;
         self.check_going_on()?;
         self.close("")?;
         let name = &self.header.name;

@@ -44,7 +44,8 @@ pub struct TakeWriter {
     now: Timestamp,
     tally: Tally,
     inputs: u64,
-    dropped: u64,
+    /// Dropped messages that no event in the file tells of yet: inputs, outputs.
+    untold: [u64; 2],
     calibration: Option<Arc<Calibration>>,
     next_scene: u64,
     next_transforms: u64,
@@ -136,7 +137,9 @@ impl TakeWriter {
     /// Records something that happened around the engine.
     pub fn event(&mut self, event: &Event) -> Result<()> {
         let time = self.header.unix_ns(Timestamp::from_ns(event.time_ns));
-        self.message(Topic::Events, time, time, &convert::event_to_bytes(event))
+        self.message(Topic::Events, time, time, &convert::event_to_bytes(event))?;
+        self.tally.count_event(event);
+        Ok(())
     }
 
     /// Records where simulated people truly are.
@@ -145,9 +148,37 @@ impl TakeWriter {
         self.message(Topic::Truth, time, time, &convert::truth_to_bytes(truth))
     }
 
-    /// Counts inputs that could not be given to this writer (its queue was full).
+    /// Counts inputs that could not be given to this writer (its queue was full). The next flush writes an event that
+    /// tells of them.
     pub fn dropped(&mut self, inputs: u64) {
-        self.dropped += inputs;
+        self.untold[0] += inputs;
+    }
+
+    /// Counts frames, rejections and events that could not be given to this writer, as [`TakeWriter::dropped`] does.
+    pub fn dropped_outputs(&mut self, outputs: u64) {
+        self.untold[1] += outputs;
+    }
+
+    fn tell_dropped(&mut self) -> Result<()> {
+        let kinds = [
+            (Event::INPUTS_DROPPED, "inputs"),
+            (Event::OUTPUTS_DROPPED, "frames, rejections or events"),
+        ];
+        for (which, (kind, what)) in kinds.into_iter().enumerate() {
+            let count = self.untold[which];
+            if count > 0 && self.finished.is_none() {
+                let event = Event {
+                    time_ns: self.now.ns(),
+                    kind: kind.to_owned(),
+                    text: format!("{count} {what} could not be recorded: the disk was too slow"),
+                    count,
+                    ..Event::default()
+                };
+                self.event(&event)?;
+                self.untold[which] = 0;
+            }
+        }
+        Ok(())
     }
 
     fn message(
@@ -206,6 +237,10 @@ impl TakeWriter {
     }
 
     fn flush_all(&mut self) -> Result<()> {
+        self.tell_dropped()?;
+        if self.finished.is_some() {
+            return Ok(());
+        }
         self.container
             .close_chunk()
             .map_err(|error| unwritable(&self.header.name, error))?;
@@ -254,7 +289,8 @@ impl TakeWriter {
         }
         let mut info = TakeInfo::begun(&self.header);
         self.tally.tell(self.start_unix_ns(), &mut info);
-        info.dropped = self.dropped;
+        info.dropped += self.untold[0];
+        info.dropped_outputs += self.untold[1];
         info.size_bytes = self.container.written_bytes();
         info
     }

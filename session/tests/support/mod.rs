@@ -10,6 +10,7 @@ use posefuse_session::{EngineState, Storage, TakeHeader, TakeInfo, TakeOptions, 
 use posefuse_skeleton::{
     AgentTime, Calibration, Confidence, FloorSource, Joint, JointSet, Observation, Position,
     RawJoint, Room, RoomFrame, Sensor, SensorId, SensorInfo, SensorPose, Timestamp, Transform,
+    calibration_text,
 };
 
 /// 2026-01-01T00:00:00Z minus the server clock's start.
@@ -80,6 +81,11 @@ pub fn calibration() -> Calibration {
             .map(|index| (format!("cam{index}"), pose(index)))
             .collect(),
     }
+}
+
+/// A calibration as a take's attachment gives it back.
+pub fn as_file(calibration: &Calibration) -> Calibration {
+    calibration_text::from_toml(&calibration_text::to_toml(calibration)).unwrap()
 }
 
 fn observation(index: usize, sequence: u64, time: Timestamp, people: usize) -> Observation {
@@ -232,6 +238,32 @@ impl Recorder {
             self.give(Input::Tick(wake));
         }
         self.give(input);
+    }
+
+    /// What the engine consumes when `input` arrives, and the frames it gives after each; nothing is recorded.
+    pub fn steps(&mut self, input: Input) -> Vec<(Input, Vec<RoomFrame>)> {
+        let now = time_of(&input);
+        let mut steps = Vec::new();
+        while let Output::WakeAt(Some(wake)) = self.engine.poll() {
+            if wake > now {
+                break;
+            }
+            steps.push(self.step(Input::Tick(wake)));
+        }
+        steps.push(self.step(input));
+        steps
+    }
+
+    fn step(&mut self, input: Input) -> (Input, Vec<RoomFrame>) {
+        self.engine.handle(input.clone());
+        let mut frames = Vec::new();
+        loop {
+            match self.engine.poll() {
+                Output::Frame(frame) => frames.push(frame),
+                Output::Rejected(_) => {}
+                Output::WakeAt(_) => return (input, frames),
+            }
+        }
     }
 
     fn give(&mut self, input: Input) {
