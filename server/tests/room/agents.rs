@@ -2,10 +2,13 @@
 
 use std::time::Duration;
 
-use posefuse_proto::v1::{SensorState, SetCalibrationRequest};
+use posefuse_proto::v1::{self, SensorState, SetCalibrationRequest};
+use posefuse_skeleton::Observation;
 use tonic::Code;
 
-use crate::fixture::{Agent, assert_refused, calibration, hello, person, start, status_when};
+use crate::fixture::{
+    Agent, assert_refused, calibrated, calibration, hello, person, start, status_when,
+};
 
 #[tokio::test]
 async fn an_agent_joins_is_acknowledged_and_shown() {
@@ -180,7 +183,9 @@ async fn bad_frames_and_joints_are_counted_and_the_rest_is_used() {
     let mut doubtful = person(0.11);
     doubtful.confidences[3] = 1.5;
     agent.frame(11, vec![doubtful]).await;
-    agent.frame(12, vec![person(0.12); 33]).await;
+    agent
+        .frame(12, vec![person(0.12); Observation::MAX_BODIES + 1])
+        .await;
     let mut broken = person(0.13);
     broken.positions[3 * 3] = f32::NAN;
     agent.frame(13, vec![broken]).await;
@@ -199,7 +204,9 @@ async fn bad_frames_and_joints_are_counted_and_the_rest_is_used() {
         assert_eq!(rejected.get(reason), Some(&1), "{reason}: {rejected:?}");
     }
     assert!(
-        status.sensors[0].trouble.contains("at most 32 bodies"),
+        status.sensors[0]
+            .trouble
+            .contains(&format!("at most {} bodies", Observation::MAX_BODIES)),
         "{:?}",
         status.sensors[0]
     );
@@ -214,5 +221,73 @@ async fn bad_frames_and_joints_are_counted_and_the_rest_is_used() {
         assert!(frame.tracks.iter().all(finite));
     }
     assert!(people >= 8, "{people} people in 12 frames");
+    server.stop().await;
+}
+
+#[tokio::test]
+async fn a_number_out_of_reach_is_refused_and_does_not_block_the_stream() {
+    let server = start().await;
+    let mut room = server.room().await;
+    let mut agent = server.agent("left").await;
+    agent.walk(0..3).await;
+    agent.frame(u64::MAX, vec![person(0.0)]).await;
+    agent.walk(3..6).await;
+    agent.acked(5).await;
+    let status = status_when(&mut room, |s| s.sensors[0].frames_received == 7).await;
+    let sensor = &status.sensors[0];
+    assert_eq!(sensor.frames_lost, 0);
+    assert_eq!(sensor.rejected.get("malformed"), Some(&1));
+    assert_eq!(*agent.acked.borrow(), Some(5));
+    assert!(sensor.trouble.contains("one by one"), "{sensor:?}");
+    server.stop().await;
+}
+
+#[tokio::test]
+async fn frames_that_come_too_late_are_a_trouble_with_its_share() {
+    let server = start().await;
+    let mut room = server.room().await;
+    calibrated(&mut room, &["left"]).await;
+    let mut agent = server.agent("left").await;
+    agent.mapped().await;
+    for sequence in 0..200 {
+        // Caught a second before; one in five as it should be, which holds the room's present.
+        let age_ns = if sequence % 5 == 0 { 0 } else { 1_000_000_000 };
+        agent
+            .frame_aged(sequence, age_ns, vec![person(sequence as f32 * 0.01)])
+            .await;
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    let status = status_when(&mut room, |s| !s.sensors[0].trouble.is_empty()).await;
+    let sensor = &status.sensors[0];
+    assert_eq!(sensor.state(), SensorState::Live);
+    assert!(sensor.trouble.contains(" % of its frames "), "{sensor:?}");
+    server.stop().await;
+}
+
+#[tokio::test]
+async fn before_a_calibration_the_room_has_a_trouble_and_the_sensor_no_refusals() {
+    let server = start().await;
+    let mut room = server.room().await;
+    let mut agent = server.agent("left").await;
+    agent.mapped().await;
+    agent.walk(0..40).await;
+    let status = status_when(&mut room, |s| s.sensors[0].frames_received == 40).await;
+    assert!(
+        status.troubles[0].contains("connect a second sensor"),
+        "{status:?}"
+    );
+    let shown = |s: &v1::RoomStatus| s.sensors[0].rejected.get("uncalibrated").copied();
+    assert_eq!(shown(&status), None, "{:?}", status.sensors[0].rejected);
+
+    // One that a calibration leaves out is told of, and counted from then on.
+    calibrated(&mut room, &["right"]).await;
+    agent.walk(40..180).await;
+    let status = status_when(&mut room, |s| !s.sensors[0].trouble.is_empty()).await;
+    assert!(
+        status.sensors[0].trouble.contains("does not know it"),
+        "{status:?}"
+    );
+    let refused = status_when(&mut room, |s| shown(s).is_some_and(|count| count > 100)).await;
+    assert!(shown(&refused).unwrap() <= 140);
     server.stop().await;
 }

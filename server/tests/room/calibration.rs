@@ -1,9 +1,12 @@
 //! Calibrating, and the calibration's file.
 
+use std::io;
 use std::sync::Arc;
+use std::time::Duration;
 
+use posefuse_fusion::Input;
 use posefuse_proto::v1::{self, Verdict, calibrate_event};
-use posefuse_session::{MemoryStorage, Storage};
+use posefuse_session::{Append, MemoryStorage, ReadAt, Storage, Stored, TakeReader};
 use tonic::Code;
 
 use crate::fixture::{assert_refused, calibrated, config, memory, start, start_with, status_when};
@@ -172,5 +175,110 @@ async fn dropping_the_stream_cancels_a_calibration() {
     status_when(&mut room, |status| status.calibrating).await;
     drop(events);
     status_when(&mut room, |status| !status.calibrating).await;
+    server.stop().await;
+}
+
+/// A folder on a slow disk.
+struct Slow(MemoryStorage);
+
+impl Storage for Slow {
+    fn create(&self, file: &str) -> io::Result<Box<dyn Append>> {
+        std::thread::sleep(Duration::from_millis(200));
+        self.0.create(file)
+    }
+    fn open(&self, file: &str) -> io::Result<Arc<dyn ReadAt>> {
+        self.0.open(file)
+    }
+    fn is_being_written(&self, file: &str) -> io::Result<bool> {
+        self.0.is_being_written(file)
+    }
+    fn list(&self) -> io::Result<Vec<Stored>> {
+        self.0.list()
+    }
+    fn rename(&self, from: &str, to: &str) -> io::Result<()> {
+        self.0.rename(from, to)
+    }
+    fn rename_new(&self, from: &str, to: &str) -> io::Result<()> {
+        self.0.rename_new(from, to)
+    }
+    fn remove(&self, file: &str) -> io::Result<()> {
+        self.0.remove(file)
+    }
+    fn free_bytes(&self) -> io::Result<u64> {
+        self.0.free_bytes()
+    }
+    fn sync(&self) -> io::Result<()> {
+        self.0.sync()
+    }
+    fn place(&self) -> String {
+        self.0.place()
+    }
+}
+
+#[tokio::test]
+async fn a_client_that_goes_away_midway_leaves_file_and_server_agreeing() {
+    let folder = Arc::new(Slow(MemoryStorage::new()));
+    let server = start_with(config(), memory(), folder.clone()).await;
+    let mut leaving = server.room().await;
+    let request = v1::SetCalibrationRequest {
+        calibration: Some(crate::fixture::calibration(&["left"])),
+    };
+    let soon = Duration::from_millis(80);
+    let left = tokio::time::timeout(soon, leaving.set_calibration(request)).await;
+    assert!(left.is_err(), "the disk was too fast for this test");
+    drop(leaving);
+    let mut room = server.room().await;
+    status_when(&mut room, |status| status.calibration.is_some()).await;
+    assert!(folder.open("calibration.toml").is_ok());
+    server.stop().await;
+}
+
+#[tokio::test]
+async fn a_calibration_and_a_take_never_overlap() {
+    let takes = memory();
+    let server = start_with(config(), takes.clone(), memory()).await;
+    let mut room = server.room().await;
+    calibrated(&mut room, &["left"]).await;
+    let mut began = 0;
+    for round in 0..60_u64 {
+        let mut calibration = crate::fixture::calibration(&["left"]);
+        calibration.method = format!("round {round}");
+        let change = v1::SetCalibrationRequest {
+            calibration: Some(calibration),
+        };
+        let (mut one, mut other) = (room.clone(), room.clone());
+        let setting = async {
+            tokio::time::sleep(Duration::from_micros(50 * (round % 12))).await;
+            one.set_calibration(change).await
+        };
+        let starting = async {
+            tokio::time::sleep(Duration::from_micros(50 * (round / 12))).await;
+            other.start_take(v1::StartTakeRequest::default()).await
+        };
+        let (set, started) = tokio::join!(setting, starting);
+        let take = started.unwrap().into_inner().name;
+        room.stop_take(v1::StopTakeRequest {}).await.unwrap();
+
+        let take = TakeReader::open(&*takes, &take).unwrap();
+        let (_, preamble) = take.beginning().unwrap();
+        let known = |input: &Input| match input {
+            Input::Calibration(calibration) => Some(calibration.method.clone()),
+            _ => None,
+        };
+        let header = take.header().calibration.as_ref().unwrap().method.clone();
+        assert_eq!(preamble.iter().find_map(known).as_ref(), Some(&header));
+        let later = take.inputs().filter_map(|input| known(&input.unwrap()));
+        assert_eq!(later.count(), 0, "a calibration came into a running take");
+        if set.is_ok() {
+            began += 1;
+            assert_eq!(header, format!("round {round}"));
+        } else {
+            assert_ne!(header, format!("round {round}"));
+        }
+    }
+    assert!(
+        began > 0,
+        "no calibration was ever put in force before a take"
+    );
     server.stop().await;
 }

@@ -172,9 +172,14 @@ impl Agent {
     }
 
     pub(crate) async fn frame(&self, sequence: u64, bodies: Vec<v1::Body>) {
+        self.frame_aged(sequence, 0, bodies).await;
+    }
+
+    /// Sends a frame that was caught so long before.
+    pub(crate) async fn frame_aged(&self, sequence: u64, age_ns: i64, bodies: Vec<v1::Body>) {
         let frame = v1::Frame {
             sequence,
-            captured_ns: agent_ns(self.zero),
+            captured_ns: agent_ns(self.zero) - age_ns,
             bodies,
         };
         let frame = agent_message::Message::Frame(frame);

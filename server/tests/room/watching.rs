@@ -3,9 +3,12 @@
 use std::time::Duration;
 
 use posefuse_proto::v1::{self, SensorState};
+use posefuse_skeleton::Observation;
 use tonic::Code;
 
-use crate::fixture::{calibrated, config, memory, person, start, start_with, status_when};
+use crate::fixture::{
+    assert_refused, calibrated, config, memory, person, start, start_with, status_when,
+};
 
 #[tokio::test]
 async fn fused_frames_and_raw_ones_flow() {
@@ -72,6 +75,9 @@ async fn fused_frames_and_raw_ones_flow() {
     assert_eq!(end.code(), Code::Unavailable);
 }
 
+/// Frames enough to fill a connection's own buffers.
+const MANY: u64 = 800;
+
 #[tokio::test]
 async fn a_subscriber_that_takes_nothing_is_cut_and_another_loses_nothing() {
     let mut config = config();
@@ -86,22 +92,25 @@ async fn a_subscriber_that_takes_nothing_is_cut_and_another_loses_nothing() {
     // Large frames, so that the connection's own buffers fill up soon.
     let reader = tokio::spawn(async move {
         let mut next = 0;
-        while next < 400 {
+        while next < MANY {
             let seen = quick.message().await.unwrap().unwrap();
             assert_eq!(seen.sequence, next);
             next += 1;
         }
         next
     });
-    for sequence in 0..400 {
-        let crowd = (0..32)
-            .map(|i| person(sequence as f32 * 0.01 + i as f32))
+    for sequence in 0..MANY {
+        let crowd = (0..Observation::MAX_BODIES)
+            .map(|i| v1::Body {
+                tracking_id: i as u64,
+                ..person(sequence as f32 * 0.01 + i as f32)
+            })
             .collect();
         agent.frame(sequence, crowd).await;
-        tokio::time::sleep(Duration::from_millis(5)).await;
+        tokio::time::sleep(Duration::from_millis(4)).await;
     }
     let read = tokio::time::timeout(Duration::from_secs(10), reader).await;
-    assert_eq!(read.unwrap().unwrap(), 400);
+    assert_eq!(read.unwrap().unwrap(), MANY);
 
     let mut seen = 0;
     let end = loop {
@@ -112,7 +121,7 @@ async fn a_subscriber_that_takes_nothing_is_cut_and_another_loses_nothing() {
         }
     };
     assert_eq!(end.code(), Code::ResourceExhausted, "{end:?}");
-    assert!(end.message().contains("subscribe again") && seen < 400);
+    assert!(end.message().contains("subscribe again") && seen < MANY);
     let status = status_when(&mut room, |status| status.sinks[1].dropped > 0).await;
     assert_eq!(status.sinks[1].name, "watch-sensors");
     server.stop().await;
@@ -164,5 +173,37 @@ async fn a_thinned_out_watch_keeps_its_rate() {
         (f64::from(count) - expected).abs() <= 3.0,
         "{count} in {seconds} s"
     );
+    server.stop().await;
+}
+
+#[tokio::test]
+async fn subscribers_are_limited_and_one_that_went_frees_its_place_though_nothing_comes() {
+    let mut config = config();
+    config.watch.max_subscribers = 2;
+    let server = start_with(config, memory(), memory()).await;
+    let mut room = server.room().await;
+    let absent = v1::WatchSensorsRequest {
+        sensors: vec!["nobody".to_owned()],
+        max_rate_hz: 0.0,
+    };
+    let raw = room.watch_sensors(absent.clone()).await.unwrap();
+    let fused = room.watch(v1::WatchRequest::default()).await.unwrap();
+    let third = room.watch_sensors(absent.clone()).await;
+    assert_refused(
+        third.map(|_| ()),
+        Code::ResourceExhausted,
+        &["2 subscribers", "max_subscribers"],
+    );
+    drop((raw, fused));
+    let deadline = std::time::Instant::now() + Duration::from_secs(5);
+    let mut held = Vec::new();
+    while held.len() < 2 {
+        match room.watch_sensors(absent.clone()).await {
+            Ok(stream) => held.push(stream),
+            Err(status) => assert_eq!(status.code(), Code::ResourceExhausted),
+        }
+        assert!(std::time::Instant::now() < deadline, "no place came free");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
     server.stop().await;
 }

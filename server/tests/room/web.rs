@@ -28,7 +28,11 @@ async fn get(address: SocketAddr, path: &str) -> String {
 #[tokio::test]
 async fn pages_come_with_their_headers_and_metrics_with_the_room() {
     let server = start().await;
-    let _agent = server.agent("left").await;
+    let mut agent = server.agent("left").await;
+    agent.mapped().await;
+    agent.walk(0..10).await;
+    agent.acked(9).await;
+    tokio::time::sleep(Duration::from_millis(300)).await;
     let page = get(server.address, "/").await;
     assert!(
         page.starts_with("HTTP/1.1 200") && page.to_lowercase().contains("<!doctype html>"),
@@ -36,10 +40,16 @@ async fn pages_come_with_their_headers_and_metrics_with_the_room() {
     );
     for header in [
         "content-security-policy: default-src 'self'",
+        "style-src 'self';",
         "x-content-type-options: nosniff",
     ] {
         assert!(page.contains(header), "{page}");
     }
+    // What that policy forbids, the page must not need.
+    assert!(
+        !page.contains("<style") && !page.contains(" style="),
+        "{page}"
+    );
     for path in [
         "/no-such-page",
         "/../Cargo.toml",
@@ -53,6 +63,8 @@ async fn pages_come_with_their_headers_and_metrics_with_the_room() {
         metrics.contains("posefuse_sensor_connected{sensor=\"left\"} 1"),
         "{metrics}"
     );
+    let uncalibrated = "posefuse_rejected_total{sensor=\"left\",reason=\"uncalibrated\"} 10";
+    assert!(metrics.contains(uncalibrated), "{metrics}");
     assert!(
         metrics.contains("posefuse_frames_total 0") && metrics.trim_end().ends_with("# EOF"),
         "{metrics}"
