@@ -70,14 +70,21 @@ impl Intake {
             self.pace.resize(index + 1, None);
         }
         let live_ns = ms_to_ns(config.live_ms);
-        let is_live = |pace: &&Pace| now.since_ns(pace.received) <= live_ns;
-        let live = || self.pace.iter().flatten().filter(is_live);
-        let before = live().map(|pace| pace.newest).max();
-        let mut age_ns = 0.0;
-        if let (Some(pace), Some(newest)) = (self.pace[index].filter(|p| is_live(&p)), before) {
-            age_ns = pace.age_ns;
-            let age = newest.since_ns(pace.newest);
-            // What lags further than is waited for, or comes again after a pause, says nothing of what is usual.
+        let is_live = |pace: &Pace| now.since_ns(pace.received) <= live_ns;
+        let (mut newest, mut slowest_ns) = (None, 0.0);
+        for (other, pace) in self.pace.iter().enumerate() {
+            if let Some(pace) = pace.filter(is_live) {
+                newest = newest.max(Some(pace.newest));
+                if other != index {
+                    slowest_ns = f64::max(slowest_ns, pace.age_ns);
+                }
+            }
+        }
+        let known = self.pace[index];
+        let mut age_ns = known.map_or(0.0, |pace| pace.age_ns);
+        if let (Some(known), Some(newest)) = (known.filter(is_live), newest) {
+            let age = newest.since_ns(known.newest);
+            // What is waited for no more, or comes again after a pause, says nothing of what is usual.
             if age <= ms_to_ns(config.max_lag_ms) {
                 age_ns += AGE_GAIN * (age as f64 - age_ns);
             }
@@ -87,16 +94,19 @@ impl Intake {
             received: now,
             age_ns,
         });
-        let slowest = self.pace.iter().flatten().filter(is_live);
-        let slowest = slowest.map(|pace| pace.age_ns as i64).max().unwrap_or(0);
-        let usual_ns = (USUAL_SHARE * config.max_age_ns() as f64) as i64;
-        let wanted_ns = slowest.saturating_sub(usual_ns).max(0);
-        let passed_ns = before.map_or(0, |before| time.since_ns(before).clamp(0, live_ns));
-        let step_ns = passed_ns / SLEW_PARTS;
-        self.held_ns = match config.mode {
-            IntakeMode::Async => wanted_ns.clamp(self.held_ns - step_ns, self.held_ns + step_ns),
+        let passed_ns = newest.map_or(0, |newest| time.since_ns(newest).clamp(0, live_ns));
+        self.hold_back(f64::max(slowest_ns, age_ns) as i64, passed_ns, config);
+    }
+
+    /// Lets `held_ns` go to where samples that are usually `slowest_ns` old can be used, as `passed_ns` have passed.
+    fn hold_back(&mut self, slowest_ns: i64, passed_ns: i64, config: &IntakeConfig) {
+        let usable_ns = (USUAL_SHARE * config.max_age_ns() as f64) as i64;
+        let wanted_ns = match config.mode {
+            IntakeMode::Async => slowest_ns.saturating_sub(usable_ns).max(0),
             IntakeMode::Window => 0,
         };
+        let step_ns = passed_ns / SLEW_PARTS;
+        self.held_ns = wanted_ns.clamp(self.held_ns - step_ns, self.held_ns + step_ns);
     }
 
     /// A usable observation of `sensor`, captured at `time`, came at `now`.

@@ -7,7 +7,9 @@ mod support;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use posefuse_fusion::{ClockSample, Config, Engine, Input, IntakeMode, Output, Stage};
+use posefuse_fusion::{
+    ClockSample, Config, Engine, Input, IntakeMode, Output, RejectionReason, Stage,
+};
 use posefuse_skeleton::{
     AgentTime, Body, Calibration, Confidence, Joint, JointSet, JointState, Observation, Position,
     Provenance, RoomFrame, SensorInfo, SensorPose, SensorSet, Skeleton, Timestamp, Transform,
@@ -240,6 +242,32 @@ proptest! {
             while !matches!(engine.poll(), Output::WakeAt(_)) {}
         }
     }
+}
+
+#[test]
+fn bodies_beyond_what_a_frame_may_have_are_cut_and_counted() {
+    let mut engine = Engine::new(Config::default());
+    warm_up().into_iter().for_each(|input| engine.handle(input));
+    let joint = |joint: Joint| {
+        let at = Position::new(0.0, 0.05 * f64::from(joint as u8), 2.0);
+        let state = JointState::measured(at, 0.02, Confidence::FULL, id(0));
+        (joint, state)
+    };
+    let body = |tracking_id| Body {
+        tracking_id,
+        skeleton: Joint::ALL.into_iter().map(joint).collect(),
+        orientations: None,
+    };
+    let people = 40;
+    engine.handle(Input::Observation(Observation {
+        sensor: id(0),
+        sequence: 0,
+        captured: AgentTime::from_ns(1_000_000),
+        received: Timestamp::from_ns(2_000_000),
+        bodies: (0..people).map(body).collect(),
+    }));
+    let counted = &engine.diagnostics()[0].rejected;
+    assert_eq!(counted, &[(RejectionReason::TooManyBodies, 1)]);
 }
 
 #[test]

@@ -184,8 +184,9 @@ impl TrackState {
         }
         self.hits = self.hits.saturating_add(1);
         self.last_seen = self.last_seen.max(time);
+        let fused = self.pose_time;
         self.source_mut(sensor, placed.tracking_id)
-            .push(Sample { time, body });
+            .push(Sample { time, body }, fused);
     }
 
     /// Mean velocity of the trunk, m/s.

@@ -10,9 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::{Body, Halves, pairs};
 
-/// Samples are kept for this long, so that there are some on both sides of a frame that is held back, ns ...
-const KEPT_NS: i64 = 300_000_000;
-/// ... at least so many, and at most so many, per sensor.
+/// Samples kept per sensor: so many, and up to so many while frames are held back and have not come to them.
 const MIN_SAMPLES: usize = 6;
 const MAX_SAMPLES: usize = 48;
 /// Samples further apart than this are not interpolated, ns.
@@ -117,12 +115,10 @@ impl View<'_> {
 impl Source {
     /// The sensor's view at `time`: between two samples, or the nearest one if it is at most `max_age_ns` off.
     pub(crate) fn view(&self, time: Timestamp, max_age_ns: i64) -> Option<View<'_>> {
-        let after = self.samples.iter().position(|s| s.time >= time);
-        let before = match after {
-            Some(0) => None,
-            Some(index) => Some(index - 1),
-            None => self.samples.len().checked_sub(1),
-        };
+        // Nearly always among the newest.
+        let before = self.samples.iter().rposition(|s| s.time < time);
+        let after = before.map_or(0, |index| index + 1);
+        let after = (after < self.samples.len()).then_some(after);
         if let (Some(a), Some(b)) = (before, after) {
             let (a, b) = (&self.samples[a], &self.samples[b]);
             let gap_ns = b.time.since_ns(a.time);
@@ -154,14 +150,14 @@ impl Source {
         self.samples.back().map(|s| s.time)
     }
 
-    /// Adds a sample; one that is not newer than the newest is dropped.
-    pub(crate) fn push(&mut self, sample: Sample) {
+    /// Adds a sample; one that is not newer than the newest is dropped. The next frame comes after `fused`.
+    pub(crate) fn push(&mut self, sample: Sample, fused: Timestamp) {
         if self.newest().is_some_and(|newest| sample.time <= newest) {
             return;
         }
-        let old = |s: &Sample| sample.time.since_ns(s.time) > KEPT_NS;
+        let passed = |second: &Sample| second.time <= fused;
         while self.samples.len() >= MAX_SAMPLES
-            || self.samples.len() >= MIN_SAMPLES && self.samples.front().is_some_and(old)
+            || self.samples.len() >= MIN_SAMPLES && self.samples.get(1).is_some_and(passed)
         {
             self.samples.pop_front();
         }
