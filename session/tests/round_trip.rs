@@ -238,3 +238,27 @@ fn a_calibration_that_is_no_file_keeps_no_take_from_being_recorded() {
         assert_eq!(take.beginning().unwrap().1, inputs);
     }
 }
+
+#[test]
+fn a_file_gets_a_name_only_if_that_is_free() {
+    let folder = tempfile::tempdir().unwrap();
+    let disk = DiskStorage::new(folder.path()).unwrap();
+    for storage in [Arc::new(disk) as Arc<dyn Storage>, memory()] {
+        for (file, bytes) in [("a", b"first"), ("b", b"other"), ("c", b"third")] {
+            storage.create(file).unwrap().append(bytes).unwrap();
+        }
+        let error = storage.rename_new("a", "b").unwrap_err();
+        assert_eq!(error.kind(), std::io::ErrorKind::AlreadyExists);
+        storage.rename_new("c", "d").unwrap();
+        let read = |file: &str| {
+            let mut bytes = [0; 5];
+            storage.open(file).unwrap().read_at(0, &mut bytes).unwrap();
+            bytes
+        };
+        assert_eq!(
+            (&read("a"), &read("b"), &read("d")),
+            (b"first", b"other", b"third")
+        );
+        assert_eq!(storage.list().unwrap().len(), 3);
+    }
+}

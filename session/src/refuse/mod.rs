@@ -3,23 +3,22 @@
 //! With the recorded configuration and calibration the recorded ticks are replayed as they are. With others the
 //! engine asks for its own: ticks are made wherever its deadline lies before the next input.
 
+mod compare;
 mod plan;
 
-use std::iter::Peekable;
 use std::sync::Arc;
 
 use posefuse_fusion::{Config, Engine, Input, Output};
-use posefuse_proto::room_frame_to_wire;
-use posefuse_skeleton::{Calibration, RoomFrame, Timestamp};
-use prost::Message;
+use posefuse_skeleton::{Calibration, Timestamp};
 
+use compare::Comparison;
 use plan::Plan;
 
 use crate::storage::Storage;
 use crate::writer::TakeOptions;
 use crate::{
-    Catalogue, Entries, Entry, Event, Recorded, Result, TakeError, TakeHeader, TakeInfo,
-    TakeReader, TakeWriter, Topic,
+    Catalogue, Event, Recorded, Result, TakeError, TakeHeader, TakeInfo, TakeReader, TakeWriter,
+    Topic,
 };
 
 /// Between two flushes of the new take, nanoseconds of take time: it can be made again, so a crash may cost more.
@@ -115,17 +114,16 @@ pub fn refuse(
         }
     };
     let writer = TakeWriter::draft(storage, header, &plan.preamble, snapshot, writer_options)?;
+    // With other settings other frames are expected, and none is missed.
+    let may_lack = match plan.own_ticks {
+        true => 0,
+        false => old.info().dropped_outputs,
+    };
     let run = Run {
         engine,
         writer,
-        recorded: old.entries(&[Topic::Frames], None).peekable(),
-        lacking: 0,
-        lacking_at_most: old.info().dropped_outputs,
+        comparison: Comparison::with(old.entries(&[Topic::Frames], None), may_lack),
         inputs: 0,
-        frames: 0,
-        recorded_frames: 0,
-        first_difference: None,
-        surplus_after: None,
     };
     run.all(&old, &plan, progress).map_err(not_made)
 }
@@ -133,16 +131,8 @@ pub fn refuse(
 struct Run {
     engine: Engine,
     writer: TakeWriter,
-    recorded: Peekable<Entries>,
+    comparison: Comparison,
     inputs: u64,
-    frames: u64,
-    recorded_frames: u64,
-    /// Frames of now that were dropped when the old take was recorded, and how many that may be.
-    lacking: u64,
-    lacking_at_most: u64,
-    first_difference: Option<FrameDifference>,
-    /// Input after which the first frame came that the old take has not; it has all before.
-    surplus_after: Option<u64>,
 }
 
 impl Run {
@@ -215,93 +205,28 @@ impl Run {
     fn drain(&mut self) -> Result<()> {
         loop {
             match self.engine.poll() {
-                Output::Frame(frame) => self.frame(&frame)?,
+                Output::Frame(frame) => {
+                    self.writer.frame(&frame)?;
+                    self.comparison.frame(&frame, self.inputs)?;
+                }
                 Output::Rejected(rejection) => self.writer.rejection(&rejection)?,
                 Output::WakeAt(_) => return Ok(()),
             }
         }
     }
 
-    fn frame(&mut self, frame: &RoomFrame) -> Result<()> {
-        self.writer.frame(frame)?;
-        let after = self.frames - self.lacking;
-        self.frames += 1;
-        if self.recording_lacks(frame) {
-            self.lacking += 1;
-            return Ok(());
-        }
-        let found = Some((frame.time, frame.number));
-        match self.recorded.next().transpose()? {
-            Some(entry) => {
-                self.recorded_frames += 1;
-                let same = entry.bytes == room_frame_to_wire(frame).encode_to_vec();
-                if !same && self.first_difference.is_none() {
-                    self.first_difference = Some(FrameDifference {
-                        after,
-                        recorded: number_of(&entry),
-                        found,
-                    });
-                }
-            }
-            None if self.surplus_after.is_none() => {
-                self.surplus_after = Some(self.inputs);
-                self.first_difference.get_or_insert(FrameDifference {
-                    after,
-                    recorded: None,
-                    found,
-                });
-            }
-            None => {}
-        }
-        Ok(())
-    }
-
-    fn recording_lacks(&mut self, frame: &RoomFrame) -> bool {
-        let is_later = |entry: &Result<Entry>| match entry {
-            Ok(entry) => number_of(entry).is_some_and(|(_, number)| number > frame.number),
-            Err(_) => false,
-        };
-        self.lacking < self.lacking_at_most && self.recorded.peek().is_none_or(is_later)
-    }
-
-    fn finish(mut self, from_snapshot: bool) -> Result<RefuseReport> {
-        let after = self.frames - self.lacking;
-        for entry in self.recorded.by_ref() {
-            let entry = entry?;
-            self.recorded_frames += 1;
-            self.first_difference.get_or_insert(FrameDifference {
-                after,
-                recorded: number_of(&entry),
-                found: None,
-            });
-        }
-        // Only the last input's frames may be missing in the old take.
-        let cut_off = self.surplus_after.is_some_and(|input| input == self.inputs);
-        if cut_off
-            && self
-                .first_difference
-                .as_ref()
-                .is_some_and(|first| first.recorded.is_none())
-        {
-            self.first_difference = None;
-        }
+    fn finish(self, from_snapshot: bool) -> Result<RefuseReport> {
+        let compared = self.comparison.finish(self.inputs)?;
         Ok(RefuseReport {
             take: self.writer.publish()?,
             inputs: self.inputs,
-            recorded_frames: self.recorded_frames,
-            frames: self.frames,
-            identical: self.first_difference.is_none(),
-            lacking: self.lacking,
-            first_difference: self.first_difference,
+            recorded_frames: compared.recorded_frames,
+            frames: compared.frames,
+            identical: compared.first_difference.is_none(),
+            lacking: compared.lacking,
+            first_difference: compared.first_difference,
             from_snapshot,
         })
-    }
-}
-
-fn number_of(entry: &Entry) -> Option<(Timestamp, u64)> {
-    match entry.decode() {
-        Ok(Recorded::Frame(frame)) => Some((frame.time, frame.number)),
-        _ => None,
     }
 }
 

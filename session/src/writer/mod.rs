@@ -289,8 +289,8 @@ impl TakeWriter {
         }
         let mut info = TakeInfo::begun(&self.header);
         self.tally.tell(self.start_unix_ns(), &mut info);
-        info.dropped += self.untold[0];
-        info.dropped_outputs += self.untold[1];
+        info.dropped = info.dropped.saturating_add(self.untold[0]);
+        info.dropped_outputs = info.dropped_outputs.saturating_add(self.untold[1]);
         info.size_bytes = self.container.written_bytes();
         info
     }
