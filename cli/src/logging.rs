@@ -6,7 +6,7 @@ use tracing::Level;
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::MakeWriter;
 
-use crate::args::{Global, LogFormat};
+use crate::global::{Global, LogFormat};
 use crate::{output, progress};
 
 /// The variable that sets what is logged, in the syntax of `RUST_LOG`.

@@ -7,6 +7,7 @@ mod args;
 mod children;
 mod commands;
 mod failure;
+mod global;
 mod logging;
 mod offline;
 mod output;
@@ -15,6 +16,7 @@ mod progress;
 mod room;
 mod shutdown;
 mod takes_folder;
+mod values;
 mod views;
 
 use std::process::ExitCode;

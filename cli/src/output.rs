@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use serde::Serialize;
 
-use crate::args::{Global, When};
+use crate::global::{Global, When};
 use crate::progress;
 
 static COLOUR: OnceLock<When> = OnceLock::new();
@@ -160,6 +160,14 @@ pub(crate) fn duration(seconds: f64) -> String {
         format!("{hours}:{minutes:02}:{seconds:02}")
     } else {
         format!("{minutes}:{seconds:02}")
+    }
+}
+
+/// `1 sensor`, `2 sensors`.
+pub(crate) fn sensors(count: usize) -> String {
+    match count {
+        1 => "1 sensor".to_owned(),
+        n => format!("{n} sensors"),
     }
 }
 

@@ -115,6 +115,17 @@ pub(crate) fn refused(status: &Status) -> anyhow::Error {
     anyhow!("{}", status.message().to_owned())
 }
 
+/// Why a stream broke: whether the server is gone, or answers and only this connection is lost.
+pub(crate) async fn broken(url: &ServerUrl, status: &Status) -> anyhow::Error {
+    if went_away(status) && connect_with_status(url).await.is_ok() {
+        return anyhow!(
+            "the connection was cut, but the server at {url} answers: this program was stopped for a while, this \
+             computer slept, or the network was away; run it again"
+        );
+    }
+    refused(status)
+}
+
 /// Whether the connection broke rather than that the server answered.
 pub(crate) fn went_away(status: &Status) -> bool {
     use std::error::Error;

@@ -29,48 +29,42 @@ pub(crate) struct TakeView {
     pub(crate) path: Option<String>,
 }
 
-impl From<&v1::Take> for TakeView {
-    fn from(take: &v1::Take) -> Self {
-        Self {
-            name: take.name.clone(),
-            slate: take.slate.clone(),
-            notes: take.notes.clone(),
-            state: match take.state() {
-                v1::TakeState::Recording => "recording",
-                v1::TakeState::Complete => "complete",
-                v1::TakeState::Recovered => "recovered",
-                v1::TakeState::Damaged | v1::TakeState::Unspecified => "damaged",
-            },
-            started: take.started.clone(),
-            seconds: take.duration_ns as f64 * 1e-9,
-            bytes: take.size_bytes,
-            frames: take.frames,
-            people: take.people,
-            sensors: take.sensors.clone(),
-            dropped: take.dropped,
-            trouble: take.trouble.clone(),
+/// A take of the wire and one of a folder have the same fields, but for the state.
+macro_rules! take_view {
+    ($take:expr, $state:expr) => {
+        TakeView {
+            name: $take.name.clone(),
+            slate: $take.slate.clone(),
+            notes: $take.notes.clone(),
+            state: $state,
+            started: $take.started.clone(),
+            seconds: $take.duration_ns as f64 * 1e-9,
+            bytes: $take.size_bytes,
+            frames: $take.frames,
+            people: $take.people,
+            sensors: $take.sensors.clone(),
+            dropped: $take.dropped,
+            trouble: $take.trouble.clone(),
             path: None,
         }
+    };
+}
+
+impl From<&v1::Take> for TakeView {
+    fn from(take: &v1::Take) -> Self {
+        let state = match take.state() {
+            v1::TakeState::Recording => "recording",
+            v1::TakeState::Complete => "complete",
+            v1::TakeState::Recovered => "recovered",
+            v1::TakeState::Damaged | v1::TakeState::Unspecified => "damaged",
+        };
+        take_view!(take, state)
     }
 }
 
 impl From<&TakeInfo> for TakeView {
     fn from(take: &TakeInfo) -> Self {
-        Self {
-            name: take.name.clone(),
-            slate: take.slate.clone(),
-            notes: take.notes.clone(),
-            state: take.state.name(),
-            started: take.started.clone(),
-            seconds: take.duration_ns as f64 * 1e-9,
-            bytes: take.size_bytes,
-            frames: take.frames,
-            people: take.people,
-            sensors: take.sensors.clone(),
-            dropped: take.dropped,
-            trouble: take.trouble.clone(),
-            path: None,
-        }
+        take_view!(take, take.state.name())
     }
 }
 

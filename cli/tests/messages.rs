@@ -276,6 +276,24 @@ fn wrong_usage_is_2_and_help_is_0() {
         &["walk.xyz", ".bvh"],
     );
     refused(&user, &["calibrate", "--out", "x"], 2, &["--from"]);
+    refused(
+        &user,
+        &["server", "--listen", "7421"],
+        2,
+        &["--listen", "expected ADDRESS:PORT", "127.0.0.1:7421"],
+    );
+    refused(
+        &user,
+        &["agent", "take", "x", "--sensor", "a", "--speed", "fast"],
+        2,
+        &["--speed", "expected a factor"],
+    );
+    refused(
+        &user,
+        &["agent", "sim", "--sensors", "many"],
+        2,
+        &["--sensors", "a whole number from 1 to 64"],
+    );
     assert_eq!(
         user.run(&["--version"]).out.trim(),
         concat!("posefuse ", env!("CARGO_PKG_VERSION"))

@@ -21,8 +21,8 @@ use crate::Clock;
 
 pub use csv::CsvConfig;
 pub(crate) use drive::{SourceEvent, inline, inline_queue, on_thread};
-pub use replay::RecordedFrame;
-pub use sim::SimConfig;
+pub use replay::{RecordedFrame, ReplayConfig};
+pub use sim::{SimConfig, shared_epoch_unix_ns};
 pub use take::TakeConfig;
 
 /// What a sensor is, for the greeting.

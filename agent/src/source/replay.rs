@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use posefuse_skeleton::AgentTime;
+use serde::{Deserialize, Serialize};
 
 use super::pace::{Pace, aligned_start, monotonic_of};
 use super::{Description, SensorClock, SensorSource, SourceBody, SourceError, SourceFrame};
@@ -33,17 +34,36 @@ pub(crate) trait Tape: Send {
     fn next(&mut self) -> Result<Option<RecordedFrame>, SourceError>;
 }
 
-/// How to play a recording; the fields are those of the sources' settings.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ReplayOptions {
-    pub(crate) speed: f64,
-    pub(crate) repeat: bool,
-    pub(crate) align_s: f64,
-    pub(crate) epoch_unix_ns: Option<i64>,
-    pub(crate) prompt: bool,
+/// How a recording is played: once, at once and in real time unless it says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ReplayConfig {
+    /// How many times faster than recorded.
+    pub speed: f64,
+    /// Begin again at the end, for ever.
+    #[serde(rename = "loop")]
+    pub repeat: bool,
+    /// Begin at the next multiple of this many seconds of civil time, so that the agents of several sensors, started
+    /// within the same interval, replay in step. 0: begin at once.
+    pub align_s: f64,
+    /// Begin at this civil instant instead (ns since 1970), which may be past: then join in midway. With `repeat` the
+    /// position in the recording follows civil time from there on, whenever the agent was started: agents of one
+    /// recording that are given the same instant are in step.
+    pub epoch_unix_ns: Option<i64>,
 }
 
-impl ReplayOptions {
+impl Default for ReplayConfig {
+    fn default() -> Self {
+        Self {
+            speed: 1.0,
+            repeat: false,
+            align_s: 0.0,
+            epoch_unix_ns: None,
+        }
+    }
+}
+
+impl ReplayConfig {
     /// Checks the numbers; `source` is the word for messages.
     pub(crate) fn check(&self, source: &str) -> Result<(), SourceError> {
         let within =
@@ -62,7 +82,9 @@ impl ReplayOptions {
 pub(crate) struct Replay<T> {
     tape: T,
     pace: Pace,
-    options: ReplayOptions,
+    config: ReplayConfig,
+    /// Frames are due when they were captured, not when they were delivered.
+    prompt: bool,
     round: u32,
     last_due_ns: i64,
     /// Found while joining in midway.
@@ -70,41 +92,47 @@ pub(crate) struct Replay<T> {
 }
 
 impl<T: Tape> Replay<T> {
-    /// Starts now, at the next aligned instant, or at the epoch, which may be past.
+    /// Starts now, at the next aligned instant, or at the epoch, which may be past. `prompt`: frames are handed on when
+    /// they were captured, without the recording's delays.
     pub(crate) fn start(
         tape: T,
-        options: ReplayOptions,
+        config: ReplayConfig,
+        prompt: bool,
         clock: &dyn Clock,
     ) -> Result<Self, SourceError> {
         let (begins_ns, ends_ns) = tape.span_ns();
         let pace = Pace {
-            start_ns: match options.epoch_unix_ns {
+            start_ns: match config.epoch_unix_ns {
                 Some(epoch) => monotonic_of(clock, epoch),
-                None => aligned_start(clock, options.align_s),
+                None => aligned_start(clock, config.align_s),
             },
             origin_ns: begins_ns,
-            speed: options.speed,
+            speed: config.speed,
             round_ns: (ends_ns - begins_ns).max(1),
         };
         let mut replay = Self {
             tape,
             pace,
-            options,
+            config,
+            prompt,
             round: 0,
             last_due_ns: i64::MIN,
             pending: None,
         };
-        if options.epoch_unix_ns.is_some() {
+        if config.epoch_unix_ns.is_some() {
             replay.join_in(clock.monotonic_ns())?;
         }
         Ok(replay)
     }
 
-    /// Passes over what was due before `now_ns`.
+    /// Passes over what was due before `now_ns`: whole rounds at once, then frames of the round that is on. The
+    /// sensor's clock counts from that round's beginning.
     fn join_in(&mut self, now_ns: i64) -> Result<(), SourceError> {
-        let gone = now_ns.saturating_sub(self.pace.start_ns).max(0) as f64 * self.pace.speed;
-        if self.options.repeat {
-            self.round = (gone / self.pace.round_ns as f64) as u32;
+        if self.config.repeat {
+            let gone_ns = now_ns.saturating_sub(self.pace.start_ns).max(0) as f64;
+            let round_ns = self.pace.round_ns as f64 / self.pace.speed;
+            let before_ns = (gone_ns / round_ns).floor() * round_ns;
+            self.pace.start_ns = self.pace.start_ns.saturating_add(before_ns.round() as i64);
         }
         while let Some(frame) = self.tape.next()? {
             if self.pace.replayed(frame.delivered_ns, self.round) >= now_ns {
@@ -120,7 +148,7 @@ impl<T: Tape> Replay<T> {
             return Ok(Some(frame));
         }
         let frame = self.tape.next()?;
-        if frame.is_some() || !self.options.repeat {
+        if frame.is_some() || !self.config.repeat {
             return Ok(frame);
         }
         self.tape.rewind();
@@ -151,11 +179,7 @@ impl<T: Tape> SensorSource for Replay<T> {
         };
         let captured = self.pace.replayed(frame.captured_ns, self.round);
         let delivered = self.pace.replayed(frame.delivered_ns, self.round);
-        let due = if self.options.prompt {
-            captured
-        } else {
-            delivered
-        };
+        let due = if self.prompt { captured } else { delivered };
         self.last_due_ns = self.last_due_ns.max(due);
         Ok(Some(SourceFrame {
             captured: (self.clock())(captured),

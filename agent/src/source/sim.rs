@@ -30,6 +30,25 @@ pub struct SimConfig {
     pub epoch_unix_ns: Option<i64>,
 }
 
+/// After how long a room without people begins again, ns.
+const EMPTY_ROUND_NS: i64 = 300_000_000_000;
+
+/// An epoch for agents that are started by hand at any times: when the performance of the scenario's people last began
+/// anew, counted in whole rounds from 1970 on. Agents that are given epochs of different rounds see the same people at
+/// the same moment all the same, since each round is as the one before. Both in ns since 1970.
+pub fn shared_epoch_unix_ns(scenario: &Scenario, now_unix_ns: i64) -> Result<i64, SourceError> {
+    let world = World::new(scenario).map_err(|error| fatal(error.to_string()))?;
+    let round_ns = match world.performance().round_s() {
+        Some(seconds) => (seconds * 1e9).round() as i64,
+        None => EMPTY_ROUND_NS,
+    };
+    Ok(now_unix_ns - now_unix_ns.rem_euclid(round_ns.max(1)))
+}
+
+fn fatal(reason: String) -> SourceError {
+    SourceError::Final(format!("sim source: {reason}"))
+}
+
 /// A simulated sensor, paced by the agent's clock.
 pub(crate) struct SimSource {
     sensor: SimSensor,
@@ -43,7 +62,6 @@ pub(crate) struct SimSource {
 
 impl SimSource {
     pub(crate) fn open(config: &SimConfig, clock: &Arc<dyn Clock>) -> Result<Self, SourceError> {
-        let fatal = |reason: String| SourceError::Final(format!("sim source: {reason}"));
         let world = World::new(&config.scenario).map_err(|error| fatal(error.to_string()))?;
         let sensors = world.sensor_count();
         if config.sensor >= sensors {
@@ -52,6 +70,10 @@ impl SimSource {
                 sensors - 1,
                 config.sensor
             )));
+        }
+        if let Some(epoch_ns) = config.epoch_unix_ns {
+            let gone_s = clock.unix_ns().saturating_sub(epoch_ns) as f64 * 1e-9;
+            tracing::info!(epoch_ns, "the simulated room began {gone_s:.1} s ago");
         }
         Ok(Self {
             sensor_clock: world.sensor_clock(config.sensor),

@@ -10,8 +10,7 @@ use posefuse_session::{DiskStorage, TakeError, TakeReader};
 use posefuse_skeleton::{Body, Joint, JointSet, Observation, RawJoint, SensorInfo};
 use serde::{Deserialize, Serialize};
 
-use super::csv::real_time;
-use super::replay::{RecordedFrame, Replay, ReplayOptions, Tape};
+use super::replay::{RecordedFrame, Replay, ReplayConfig, Tape};
 use super::{Description, SourceBody, SourceError};
 use crate::Clock;
 
@@ -26,19 +25,9 @@ pub struct TakeConfig {
     pub file: PathBuf,
     /// The name of the sensor in the take.
     pub sensor: String,
-    /// How many times faster than recorded.
-    #[serde(default = "real_time")]
-    pub speed: f64,
-    /// Begin again at the end, for ever.
-    #[serde(default, rename = "loop")]
-    pub repeat: bool,
-    /// Begin at the next multiple of this many seconds of civil time, so that the agents of several sensors replay in
-    /// step. 0: begin at once.
+    /// How to play it.
     #[serde(default)]
-    pub align_s: f64,
-    /// Begin at this civil instant instead (ns since 1970), which may be past: then join in midway.
-    #[serde(default)]
-    pub epoch_unix_ns: Option<i64>,
+    pub replay: ReplayConfig,
 }
 
 impl TakeConfig {
@@ -47,20 +36,7 @@ impl TakeConfig {
         Self {
             file: file.into(),
             sensor: sensor.into(),
-            speed: real_time(),
-            repeat: false,
-            align_s: 0.0,
-            epoch_unix_ns: None,
-        }
-    }
-
-    fn options(&self) -> ReplayOptions {
-        ReplayOptions {
-            speed: self.speed,
-            repeat: self.repeat,
-            align_s: self.align_s,
-            epoch_unix_ns: self.epoch_unix_ns,
-            prompt: false,
+            replay: ReplayConfig::default(),
         }
     }
 }
@@ -70,9 +46,9 @@ pub(crate) fn open(
     config: &TakeConfig,
     clock: &dyn Clock,
 ) -> Result<Replay<TakeTape>, SourceError> {
-    config.options().check("take")?;
+    config.replay.check("take")?;
     let tape = TakeTape::open(&config.file, &config.sensor)?;
-    Replay::start(tape, config.options(), clock)
+    Replay::start(tape, config.replay, false, clock)
 }
 
 /// One sensor of a take, read as it is played: memory stays bounded by a chunk of the file.

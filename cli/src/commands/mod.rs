@@ -47,12 +47,3 @@ pub(crate) fn block_on<T>(command: impl Future<Output = anyhow::Result<T>>) -> a
     runtime.shutdown_background();
     result
 }
-
-/// A time in seconds on the command line.
-pub(crate) fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text
-        .parse::<f64>()
-        .ok()
-        .filter(|s| *s > 0.0 && *s <= 86_400.0);
-    seconds.ok_or_else(|| "expected seconds, more than 0 and at most 86400".to_owned())
-}

@@ -8,12 +8,12 @@ use posefuse_proto::v1::{
 };
 use tokio_util::sync::CancellationToken;
 
-use crate::args::Global;
 use crate::failure::Outcome;
+use crate::global::Global;
 use crate::output::{Style, bytes, duration, line, paint, people};
 use crate::room::{self, Room, ServerOption};
 use crate::views::TakeView;
-use crate::{output, progress, shutdown};
+use crate::{output, progress, shutdown, values};
 
 /// How often the running time is brought up to date.
 const REFRESH: Duration = Duration::from_millis(500);
@@ -25,7 +25,7 @@ pub(crate) struct RecordArgs {
     #[arg(default_value = "", hide_default_value = true)]
     name: String,
     /// End after this time
-    #[arg(long, value_name = "S", value_parser = super::seconds)]
+    #[arg(long, value_name = "S", value_parser = values::seconds)]
     seconds: Option<f64>,
     /// Scene and take as on the clapperboard, e.g. 12A/3
     #[arg(long, default_value = "", hide_default_value = true)]
@@ -81,13 +81,13 @@ pub(crate) fn outcome(take: &Take) -> Outcome {
 /// Says what the take is and where.
 pub(crate) fn summary(take: &Take, folder: &str) -> anyhow::Result<()> {
     line(format!(
-        "{} {}: {}, {} frames, {}, {} sensors, {}",
+        "{} {}: {}, {} frames, {}, {}, {}",
         paint(Style::Good, "take"),
         paint(Style::Bold, &take.name),
         duration(take.duration_ns as f64 * 1e-9),
         take.frames,
         people(take.people),
-        take.sensors.len(),
+        output::sensors(take.sensors.len()),
         bytes(take.size_bytes),
     ))?;
     line(format!("     {folder}/{}.mcap", take.name))?;

@@ -8,9 +8,9 @@ use clap::Args;
 use posefuse_session::{DiskStorage, RefuseOptions, RefuseReport, Storage, refuse};
 use serde::Serialize;
 
-use crate::args::Global;
-use crate::commands::server::{BUILD, read_config};
+use crate::commands::server::read_config;
 use crate::failure::{Outcome, usage};
+use crate::global::Global;
 use crate::output::{Style, line, paint};
 use crate::takes_folder::{Located, TakesFolder};
 use crate::views::TakeView;
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &RefuseArgs, global: &Global) -> anyhow::Result<Outcome>
             .as_deref()
             .map(read_calibration)
             .transpose()?,
-        build: BUILD.to_owned(),
+        build: posefuse_server::BUILD.to_owned(),
         name: args.out.clone(),
     };
     // Says what can be done about a take that cannot be read.
@@ -80,8 +80,7 @@ pub(crate) fn run(args: &RefuseArgs, global: &Global) -> anyhow::Result<Outcome>
     if global.json {
         output::json_pretty(&view(&report, &located))?;
     } else {
-        let changed = options.config.is_some() || options.calibration.is_some();
-        tell(&report, &located, changed)?;
+        tell(&report, &located, args)?;
     }
     let lost = report.take.dropped > 0 || !report.take.trouble.is_empty();
     Ok(if lost {
@@ -122,7 +121,31 @@ fn view(report: &RefuseReport, located: &Located) -> RefuseView {
     }
 }
 
-fn tell(report: &RefuseReport, located: &Located, changed: bool) -> anyhow::Result<()> {
+/// Nobody is fused before it is known where the sensors stand.
+fn nothing_fused(args: &RefuseArgs) -> anyhow::Result<()> {
+    let none = paint(Style::Doubtful, "no frame was fused");
+    if args.calibration.is_some() {
+        line(format!(
+            "{none}: the calibration knows none of the take's sensors, or nobody was in view"
+        ))?;
+        return Ok(());
+    }
+    let folder = args.takes.named();
+    let folder = folder.map_or_else(String::new, |dir| format!(" --takes {}", dir.display()));
+    let take = args.take.display();
+    line(format!(
+        "{none}: there is no calibration in it; make one from its walk, then fuse it again:"
+    ))?;
+    line(format!(
+        "     posefuse calibrate --from {take} --out room.toml{folder}"
+    ))?;
+    line(format!(
+        "     posefuse refuse {take} --calibration room.toml{folder}"
+    ))?;
+    Ok(())
+}
+
+fn tell(report: &RefuseReport, located: &Located, args: &RefuseArgs) -> anyhow::Result<()> {
     let name = &report.take.name;
     line(format!(
         "take {} from {}: {} frames out of {} inputs (before: {} frames)",
@@ -136,6 +159,9 @@ fn tell(report: &RefuseReport, located: &Located, changed: bool) -> anyhow::Resu
         "     {}",
         located.folder.join(format!("{name}.mcap")).display()
     ))?;
+    if report.frames == 0 && report.recorded_frames == 0 {
+        return nothing_fused(args);
+    }
     match &report.first_difference {
         None => line(format!(
             "{}: every frame is byte for byte the recorded one",
@@ -147,6 +173,7 @@ fn tell(report: &RefuseReport, located: &Located, changed: bool) -> anyhow::Resu
             first.after + 1
         ))?,
     }
+    let changed = args.config.is_some() || args.calibration.is_some();
     if !changed && !report.identical {
         output::warn(if report.from_snapshot {
             "with the same settings and build every frame should be the same; please report this take"

@@ -8,11 +8,11 @@ use clap::Args;
 use posefuse_server::{Config, Parts, ServerError};
 use serde::{Deserialize, Serialize};
 
-use crate::args::Global;
 use crate::failure::{Outcome, usage};
+use crate::global::Global;
 use crate::output::{Style, line, paint};
 use crate::takes_folder::TakesFolder;
-use crate::{output, paths, shutdown};
+use crate::{output, paths, shutdown, values};
 
 /// Run the server of a room: agents, tools and browsers all come to its one port
 #[derive(Debug, Args)]
@@ -21,7 +21,7 @@ pub(crate) struct ServerArgs {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Where to listen; port 0 takes any that is free [default: 127.0.0.1:7400]
-    #[arg(long, value_name = "ADDRESS:PORT")]
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = values::listen)]
     listen: Option<SocketAddr>,
     /// Let other machines reach it. Traffic is not encrypted
     #[arg(long)]
@@ -44,9 +44,6 @@ pub(crate) struct ServerArgs {
     #[arg(long, hide = true)]
     exit_with_parent: bool,
 }
-
-/// What takes are stamped with, so that only the same build goes on from their snapshots.
-pub(crate) const BUILD: &str = concat!("posefuse ", env!("CARGO_PKG_VERSION"));
 
 /// What a server prints with `--json` once it listens.
 #[derive(Debug, Serialize, Deserialize)]
@@ -182,8 +179,11 @@ fn greet(listening: &Listening) -> anyhow::Result<()> {
     let Listening { url, takes } = listening;
     line(format!("dashboard  {}", paint(Style::Bold, url)))?;
     line(format!("takes      {}", takes.display()))?;
-    line(format!(
-        "try it     posefuse agent sim --name left --sensor 1 --server {url}"
-    ))?;
+    // Two: a calibration needs as many.
+    for (head, sensor) in [("try it     ", 1), ("and        ", 2)] {
+        line(format!(
+            "{head}posefuse agent sim --sensor {sensor} --server {url}"
+        ))?;
+    }
     Ok(())
 }

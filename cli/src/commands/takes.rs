@@ -10,8 +10,8 @@ use posefuse_session::{
 };
 use serde::Serialize;
 
-use crate::args::Global;
 use crate::failure::Outcome;
+use crate::global::Global;
 use crate::output::{Style, bytes, duration, line, paint, people};
 use crate::room::{self, ServerUrl};
 use crate::takes_folder::TakesFolder;

@@ -8,11 +8,11 @@ use posefuse_proto::room_frame_from_wire;
 use posefuse_proto::v1::{GetStatusRequest, RoomStatus, WatchRequest};
 use posefuse_skeleton::{Joint, Provenance, Room, RoomFrame, Skeleton, Track};
 
-use crate::args::Global;
 use crate::failure::Outcome;
+use crate::global::Global;
 use crate::room::{self, ServerOption};
 use crate::views::FrameView;
-use crate::{output, shutdown};
+use crate::{output, shutdown, values};
 
 /// How long nothing may come before the reason is said.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -23,19 +23,11 @@ pub(crate) struct WatchArgs {
     #[command(flatten)]
     server: ServerOption,
     /// At most this many frames a second; 0 for all [default: 2, with --json all]
-    #[arg(long, value_name = "HZ", value_parser = rate)]
+    #[arg(long, value_name = "HZ", value_parser = values::rate)]
     rate: Option<f64>,
     /// End after this many frames
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::whole(1, u64::MAX))]
     frames: Option<u64>,
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    let rate = text
-        .parse::<f64>()
-        .ok()
-        .filter(|rate| (0.0..=1000.0).contains(rate));
-    rate.ok_or_else(|| "expected frames per second, 0 to 1000".to_owned())
 }
 
 pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Outcome> {
@@ -58,7 +50,11 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
                 continue;
             }
         };
-        let Some(frame) = next.map_err(|status| room::refused(&status))? else {
+        let next = match next {
+            Ok(next) => next,
+            Err(status) => return Err(room::broken(&args.server.server, &status).await),
+        };
+        let Some(frame) = next else {
             anyhow::bail!("the server ended the stream; it is stopping");
         };
         let frame = room_frame_from_wire(&frame).context("a frame of the server")?;

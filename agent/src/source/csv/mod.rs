@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use posefuse_skeleton::JointSet;
 use serde::{Deserialize, Serialize};
 
-use super::replay::{RecordedFrame, Replay, ReplayOptions, Tape};
+use super::replay::{RecordedFrame, Replay, ReplayConfig, Tape};
 use super::{Description, SourceError};
 use crate::Clock;
 
@@ -26,26 +26,12 @@ pub struct CsvConfig {
     pub file: PathBuf,
     /// The Kinect: the IPv4 address of its computer as the file has it, or its number (1, 2) in the order of addresses.
     pub kinect: String,
-    /// How many times faster than recorded.
-    #[serde(default = "real_time")]
-    pub speed: f64,
-    /// Begin again at the end, for ever.
-    #[serde(default, rename = "loop")]
-    pub repeat: bool,
-    /// Begin at the next multiple of this many seconds of civil time, so that the agents of both Kinects, started
-    /// within the same interval, replay in step. 0: begin at once.
+    /// How to play it.
     #[serde(default)]
-    pub align_s: f64,
-    /// Begin at this civil instant instead (ns since 1970), which may be past: then join in midway.
-    #[serde(default)]
-    pub epoch_unix_ns: Option<i64>,
+    pub replay: ReplayConfig,
     /// Hand frames on as they were captured instead of with the delays of the recording's logger (up to a second).
     #[serde(default)]
     pub prompt: bool,
-}
-
-pub(crate) fn real_time() -> f64 {
-    1.0
 }
 
 impl CsvConfig {
@@ -54,31 +40,19 @@ impl CsvConfig {
         Self {
             file: file.into(),
             kinect: kinect.into(),
-            speed: real_time(),
-            repeat: false,
-            align_s: 0.0,
-            epoch_unix_ns: None,
+            replay: ReplayConfig::default(),
             prompt: false,
-        }
-    }
-
-    fn options(&self) -> ReplayOptions {
-        ReplayOptions {
-            speed: self.speed,
-            repeat: self.repeat,
-            align_s: self.align_s,
-            epoch_unix_ns: self.epoch_unix_ns,
-            prompt: self.prompt,
         }
     }
 }
 
 /// Reads the recording and makes its Kinect a sensor.
 pub(crate) fn open(config: &CsvConfig, clock: &dyn Clock) -> Result<Replay<CsvTape>, SourceError> {
-    config.options().check("csv")?;
+    config.replay.check("csv")?;
     let recording = Recording::read(&config.file, &config.kinect)
         .map_err(|error| SourceError::Final(error.to_string()))?;
-    Replay::start(CsvTape { recording, next: 0 }, config.options(), clock)
+    let tape = CsvTape { recording, next: 0 };
+    Replay::start(tape, config.replay, config.prompt, clock)
 }
 
 /// One Kinect of a recording, from its first frame to its last.

@@ -345,7 +345,7 @@ fn a_replay_keeps_the_recordings_time_or_runs_faster() {
         "stamps and echoes are by one clock"
     );
 
-    let (_folder, mut fast) = source(|config| config.speed = 2.0, &clock);
+    let (_folder, mut fast) = source(|config| config.replay.speed = 2.0, &clock);
     assert_eq!(times(&mut fast, 4), [(0, 5), (17, 27), (17, 35), (50, 55)]);
 
     let (_folder, mut prompt) = source(|config| config.prompt = true, &clock);
@@ -354,7 +354,7 @@ fn a_replay_keeps_the_recordings_time_or_runs_faster() {
         [(0, 5), (33, 38), (33, 38), (100, 105)]
     );
 
-    let (_folder, mut endless) = source(|config| config.repeat = true, &clock);
+    let (_folder, mut endless) = source(|config| config.replay.repeat = true, &clock);
     let rounds = times(&mut endless, 9);
     assert_eq!(
         rounds[4],
@@ -366,7 +366,7 @@ fn a_replay_keeps_the_recordings_time_or_runs_faster() {
 
 #[test]
 fn replays_start_together_and_can_be_joined_midway() {
-    let align = |config: &mut CsvConfig| config.align_s = 2.0;
+    let align = |config: &mut CsvConfig| config.replay.align_s = 2.0;
     let (one, other) = (Fixed(10, 3_000_000_000), Fixed(900_000_010, 3_900_000_000));
     let (_folder, mut first) = source(align, &one);
     let (_folder, mut second) = source(align, &other);
@@ -378,18 +378,27 @@ fn replays_start_together_and_can_be_joined_midway() {
     );
 
     let late = Fixed(0, 10_050_000_000);
-    let (_folder, mut joined) = source(|config| config.epoch_unix_ns = Some(10_000_000_000), &late);
+    let (_folder, mut joined) = source(
+        |config| config.replay.epoch_unix_ns = Some(10_000_000_000),
+        &late,
+    );
     assert_eq!(
         times(&mut joined, 2),
         [(33, 10), (100, 50)],
         "what was due before is passed over"
     );
-    let much_later = Fixed(0, 10_000_000_000 + 153_333_333 * 7 + 50_000_000);
-    let (_folder, mut joined) = source(
-        |config| (config.repeat, config.epoch_unix_ns) = (true, Some(10_000_000_000)),
-        &much_later,
-    );
-    assert_eq!(times(&mut joined, 1), [(1106, 10)]);
+    // Looped replays are in step whenever they were started, also after thousands of rounds.
+    for rounds in [7, 70_000] {
+        let much_later = Fixed(0, 10_000_000_000 + 153_333_333 * rounds + 50_000_000);
+        let (_folder, mut joined) = source(
+            |config| {
+                config.replay.repeat = true;
+                config.replay.epoch_unix_ns = Some(10_000_000_000);
+            },
+            &much_later,
+        );
+        assert_eq!(times(&mut joined, 1), [(33, 10)], "after {rounds} rounds");
+    }
 }
 
 #[test]
@@ -400,11 +409,8 @@ fn impossible_settings_are_refused() {
         (1.0, -1.0),
         (1.0, f64::INFINITY),
     ] {
-        let config = CsvConfig {
-            speed,
-            align_s,
-            ..CsvConfig::new("walk.csv", "1")
-        };
+        let mut config = CsvConfig::new("walk.csv", "1");
+        (config.replay.speed, config.replay.align_s) = (speed, align_s);
         let error = open(&config, &Fixed(0, 0)).err().unwrap().to_string();
         assert!(error.contains("must lie between"), "{error}");
     }

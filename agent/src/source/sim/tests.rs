@@ -66,6 +66,45 @@ fn agents_of_different_processes_see_the_same_people_at_the_same_time() {
 }
 
 #[test]
+fn agents_started_by_hand_in_different_rounds_see_the_same_people() {
+    let scenario = config(0, SensorErrors::none()).scenario;
+    let world = World::new(&scenario).unwrap();
+    let round_ns = (world.performance().round_s().unwrap() * 1e9).round() as i64;
+    let first = shared_epoch_unix_ns(&scenario, EPOCH).unwrap();
+    assert!(first <= EPOCH && EPOCH - first < round_ns);
+    let boundary = first + round_ns;
+    let second = shared_epoch_unix_ns(&scenario, boundary + 1).unwrap();
+    assert_eq!(
+        shared_epoch_unix_ns(&scenario, boundary - 1).unwrap(),
+        first
+    );
+    assert_eq!(second, boundary);
+    for seconds in [0.0, 7.3, 120.0, 1000.1] {
+        let since = |epoch: i64| (boundary - epoch) as f64 * 1e-9 + seconds;
+        for (one, other) in world
+            .truth(since(first))
+            .iter()
+            .zip(world.truth(since(second)))
+        {
+            for joint in Joint::ALL {
+                let apart = one.joints[joint]
+                    .unwrap()
+                    .distance(other.joints[joint].unwrap());
+                assert!(apart < 1e-5, "{joint} at {seconds} s: {apart} m");
+            }
+        }
+    }
+    let empty = Scenario {
+        people: 0,
+        ..scenario
+    };
+    assert_eq!(
+        shared_epoch_unix_ns(&empty, 301_000_000_000).unwrap(),
+        300_000_000_000
+    );
+}
+
+#[test]
 fn frames_and_probes_are_stamped_by_the_same_faulty_clock() {
     let mut errors = SensorErrors::none();
     (
@@ -138,6 +177,7 @@ fn settings_read_from_text_and_refuse_unknown_keys() {
     for wrong in [
         r#"{"kind":"sim","sensors":2}"#,
         r#"{"kind":"csv","file":"a","kinect":"1","sped":2}"#,
+        r#"{"kind":"csv","file":"a","kinect":"1","replay":{"sped":2}}"#,
         r#"{"kind":"lidar"}"#,
     ] {
         assert!(

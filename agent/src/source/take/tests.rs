@@ -166,7 +166,7 @@ fn stamps_and_probes_are_by_one_clock_even_where_the_recorded_clock_stepped() {
 fn faster_again_and_again_and_joined_midway() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = TakeConfig::new(record(folder.path()), "right");
-    (config.speed, config.repeat) = (2.0, true);
+    (config.replay.speed, config.replay.repeat) = (2.0, true);
     let (frames, _) = play(&config, 0, 25);
     // A round lasts from the first frame to a frame's time after the last of any sensor: 918 + 33 ms.
     assert_eq!(due_ms(&frames)[8..12], [400, 450, 475, 525]);
@@ -179,7 +179,7 @@ fn faster_again_and_again_and_joined_midway() {
         stamps.collect::<Vec<_>>()
     );
 
-    (config.speed, config.epoch_unix_ns) = (1.0, Some(0));
+    (config.replay.speed, config.replay.epoch_unix_ns) = (1.0, Some(0));
     let (frames, _) = play(&config, 10_000 * MS, 2);
     assert_eq!(
         due_ms(&frames),
@@ -206,9 +206,7 @@ fn what_is_not_there_is_said() {
     let bytes = std::fs::read(&file).unwrap();
     std::fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
     assert!(refused(TakeConfig::new(&cut, "left")).contains("cut"));
-    let slow = TakeConfig {
-        speed: 0.0,
-        ..TakeConfig::new(&file, "left")
-    };
+    let mut slow = TakeConfig::new(&file, "left");
+    slow.replay.speed = 0.0;
     assert!(refused(slow).contains("take source: `speed` must lie between"));
 }

@@ -6,8 +6,8 @@ use anyhow::Context;
 use posefuse_calibration::{Options, solve, to_toml};
 
 use super::verdict;
-use crate::args::Global;
 use crate::failure::Outcome;
+use crate::global::Global;
 use crate::offline::{now_rfc3339, walk_of};
 use crate::takes_folder::TakesFolder;
 use crate::views::CalibrationView;

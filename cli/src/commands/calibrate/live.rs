@@ -10,8 +10,8 @@ use posefuse_proto::v1::{
 use tokio_util::sync::CancellationToken;
 
 use super::verdict;
-use crate::args::Global;
 use crate::failure::Outcome;
+use crate::global::Global;
 use crate::room::{self, Room, ServerUrl};
 use crate::views::CalibrationView;
 use crate::{output, progress, shutdown};

@@ -8,16 +8,17 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::Global;
 use crate::failure::Outcome;
+use crate::global::Global;
 use crate::room::ServerOption;
 use crate::takes_folder::TakesFolder;
+use crate::values;
 
 /// Find out where the sensors stand: one person walks about where the sensors' views overlap
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArgs {
     /// How long to watch the walk
-    #[arg(long, value_name = "S", default_value = "30", value_parser = super::seconds)]
+    #[arg(long, value_name = "S", default_value = "30", value_parser = values::seconds)]
     seconds: f64,
     /// Solve and report, but leave the calibration in force as it is
     #[arg(long)]

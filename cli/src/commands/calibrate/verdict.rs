@@ -1,7 +1,7 @@
 //! The outcome of a calibration, as a person reads it.
 
 use crate::failure::Outcome;
-use crate::output::{Style, line, paint, print_table};
+use crate::output::{self, Style, line, paint, print_table};
 use crate::views::CalibrationView;
 
 /// Most reasons that are printed; they come the worst first.
@@ -26,6 +26,11 @@ pub(crate) fn print(view: &CalibrationView) -> anyhow::Result<()> {
     if !view.pairs.is_empty() {
         line("")?;
         print_table(&pairs(view))?;
+        line(paint(
+            Style::Faint,
+            "how far two sensors' joints lie apart, on frames the solver did not use: before, as if both stood in one place; \
+             after, with this calibration",
+        ))?;
         line("")?;
     }
     Ok(())
@@ -46,8 +51,13 @@ pub(crate) fn summary(view: &CalibrationView) -> anyhow::Result<()> {
         .fold(f64::NAN, f64::max);
     line(if worst.is_finite() {
         format!(
-            "calibration {verdict}: {} sensors agree to {worst:.0} mm (median)",
-            view.sensors.len()
+            "calibration {verdict}: {} {} to {worst:.0} mm (median)",
+            output::sensors(view.sensors.len()),
+            if view.sensors.len() == 1 {
+                "agrees"
+            } else {
+                "agree"
+            },
         )
     } else {
         format!("calibration {verdict}")

@@ -7,9 +7,9 @@ use std::task::Poll;
 use std::time::Duration;
 
 use anyhow::Context;
-use tempfile::TempDir;
 
 use super::DemoArgs;
+use super::scratch::Scratch;
 use crate::children::Child;
 use crate::commands::server::Listening;
 use crate::failure::in_words;
@@ -30,7 +30,7 @@ pub(super) struct Fleet {
     wanted_port: u16,
     verbose: bool,
     /// Holds the demo's calibration, so that the user's own room keeps its.
-    _scratch: TempDir,
+    _scratch: Scratch,
 }
 
 /// A server that is up.
@@ -50,10 +50,8 @@ pub(super) struct Ended {
 impl Fleet {
     /// Nothing runs yet.
     pub(super) fn new(args: &DemoArgs, verbose: bool) -> anyhow::Result<Self> {
-        let scratch = tempfile::Builder::new()
-            .prefix("posefuse-demo-")
-            .tempdir()
-            .context("cannot make a temporary folder")?;
+        let scratch =
+            Scratch::in_folder(&std::env::temp_dir()).context("cannot make a temporary folder")?;
         let takes = std::path::absolute(args.takes.path()).context("the takes folder")?;
         let text = |path: PathBuf| path.display().to_string();
         let epoch_ns =

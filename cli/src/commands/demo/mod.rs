@@ -4,6 +4,7 @@
 mod browser;
 mod fleet;
 mod live;
+mod scratch;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,11 +18,12 @@ use tonic::Code;
 
 use self::fleet::Fleet;
 use super::{calibrate, record};
-use crate::args::Global;
 use crate::failure::Outcome;
+use crate::global::Global;
 use crate::output::{Style, line, note, paint};
 use crate::room::{self, Room};
 use crate::takes_folder::TakesFolder;
+use crate::values;
 use crate::views::{CalibrationView, TakeView};
 use crate::{output, shutdown};
 
@@ -30,16 +32,16 @@ use crate::{output, shutdown};
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
     /// How many people are in the room
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=6))]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = values::whole(1u32, 6))]
     pub(crate) people: u32,
     /// How many sensors, each with an agent of its own
-    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=16))]
+    #[arg(long, value_name = "N", default_value = "4", value_parser = values::whole(1u32, 16))]
     pub(crate) sensors: u32,
     /// Record for this long, then end
-    #[arg(long, value_name = "S", value_parser = super::seconds)]
+    #[arg(long, value_name = "S", value_parser = values::seconds)]
     seconds: Option<f64>,
     /// How long the calibration watches the walk
-    #[arg(long, value_name = "S", default_value = "20", value_parser = super::seconds)]
+    #[arg(long, value_name = "S", default_value = "20", value_parser = values::seconds)]
     walk: f64,
     /// Leave it unknown where the sensors stand, to calibrate from the dashboard; records only with --seconds
     #[arg(long)]
@@ -48,10 +50,10 @@ pub(crate) struct DemoArgs {
     #[arg(long)]
     no_browser: bool,
     /// What everything random is drawn from
-    #[arg(long, value_name = "NUMBER", default_value = "1")]
+    #[arg(long, value_name = "NUMBER", default_value = "1", value_parser = values::whole(0, u64::MAX))]
     pub(crate) seed: u64,
     /// Where the server listens; a taken port is replaced by a free one
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7400")]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7400", value_parser = values::listen)]
     pub(crate) listen: std::net::SocketAddr,
     #[command(flatten)]
     pub(crate) takes: TakesFolder,
@@ -88,6 +90,9 @@ pub(crate) async fn run(args: &DemoArgs, global: &Global) -> anyhow::Result<Outc
     let stopped = show.end_take().await;
     show.lost_agents = fleet.lost().to_vec();
     let unclean = fleet.stop().await;
+    if shown.is_err() && stopped.is_err() {
+        note(show.left_behind(args));
+    }
     shown?;
     stopped?;
     for name in unclean {
@@ -132,10 +137,10 @@ impl Show {
             ready = live::until_all_live(&mut room, args.sensors as usize, LIVE_WITHIN) => ready?,
             ended = fleet.any_ended() => return Err(ended.error),
         }
-        note(format!(
-            "{} sensors are live, each an agent process of its own",
-            args.sensors
-        ));
+        note(match args.sensors {
+            1 => "1 sensor is live, an agent process of its own".to_owned(),
+            n => format!("{n} sensors are live, each an agent process of its own"),
+        });
         if !args.no_browser && !browser::open(&self.url) {
             note("no browser could be opened here; open the address above yourself");
         }
@@ -235,6 +240,16 @@ impl Show {
         Ok(())
     }
 
+    /// What becomes of a take that the server could not end.
+    fn left_behind(&self, args: &DemoArgs) -> String {
+        let folder = folder_option(args);
+        format!(
+            "the take it was recording is kept up to its last moments in {}: it is repaired when `posefuse server{folder}` \
+             starts next, or at once by `posefuse takes recover{folder}`",
+            crate::paths::shown(&self.folder)
+        )
+    }
+
     /// Says what is there now and how to look at it again.
     fn report(self, args: &DemoArgs, global: &Global) -> anyhow::Result<Outcome> {
         let Some(take) = &self.take else {
@@ -273,20 +288,23 @@ fn take_request(args: &DemoArgs) -> StartTakeRequest {
         name: String::new(),
         slate: "demo".to_owned(),
         notes: format!(
-            "{} simulated sensors, {}, seed {}",
-            args.sensors,
+            "{} (simulated), {}, seed {}",
+            output::sensors(args.sensors as usize),
             output::people(args.people),
             args.seed
         ),
     }
 }
 
+/// ` --takes DIR`, if the demo was given one.
+fn folder_option(args: &DemoArgs) -> String {
+    let named = args.takes.named();
+    named.map_or_else(String::new, |dir| format!(" --takes {}", dir.display()))
+}
+
 /// How to look at the take again.
 fn again(args: &DemoArgs, take: &str) -> anyhow::Result<()> {
-    let folder = args
-        .takes
-        .named()
-        .map_or_else(String::new, |dir| format!(" --takes {}", dir.display()));
+    let folder = folder_option(args);
     line(format!(
         "\nsee it again   posefuse server{folder}   and pick it from the takes on the dashboard"
     ))?;

@@ -15,7 +15,12 @@ use crate::takes_folder::TakesFolder;
 const FREE_BAD: u64 = 500_000_000;
 const FREE_DOUBTFUL: u64 = 5_000_000_000;
 
-pub(super) fn examine(config: Option<&Path>, takes: &TakesFolder) -> Vec<Finding> {
+/// `in_force` is what a running server says of its calibration; without one, the file that it would read counts.
+pub(super) fn examine(
+    config: Option<&Path>,
+    takes: &TakesFolder,
+    in_force: Option<Finding>,
+) -> Vec<Finding> {
     let config_file = config.map_or_else(paths::default_config, Path::to_owned);
     let (config_finding, config) = configuration(&config_file, config.is_some());
     let configured = |pick: fn(Config) -> PathBuf| config.clone().map(pick);
@@ -29,7 +34,7 @@ pub(super) fn examine(config: Option<&Path>, takes: &TakesFolder) -> Vec<Finding
         config_finding,
         takes_folder(&folder),
         free_space(&folder),
-        calibration_file(&calibration),
+        in_force.unwrap_or_else(|| calibration_file(&calibration)),
     ]
 }
 

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use crate::args::Global;
 use crate::failure::Outcome;
+use crate::global::Global;
 use crate::output::{self, Style, line, paint};
 use crate::room::ServerOption;
 use crate::takes_folder::TakesFolder;
@@ -99,8 +99,13 @@ struct DoctorView<'a> {
 
 pub(crate) async fn run(args: &DoctorArgs, global: &Global) -> anyhow::Result<Outcome> {
     let mut findings = machine::examine();
-    findings.extend(files::examine(args.config.as_deref(), &args.takes));
-    findings.extend(room::examine(&args.server.server).await);
+    let (room, calibration) = room::examine(&args.server.server).await;
+    findings.extend(files::examine(
+        args.config.as_deref(),
+        &args.takes,
+        calibration,
+    ));
+    findings.extend(room);
     let worst = findings
         .iter()
         .map(|finding| finding.grade)

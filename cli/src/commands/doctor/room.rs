@@ -10,6 +10,8 @@ use super::Finding;
 use crate::failure::in_words;
 use crate::room::{self, ServerUrl};
 
+/// What the finding about the server itself is called.
+const SERVER: &str = "server";
 /// Latency from capture to server, and error of a clock mapping, from which on fusing suffers.
 const LATENCY_DOUBTFUL_MS: f64 = 100.0;
 const CLOCK_ERROR_DOUBTFUL_MS: f64 = 8.0;
@@ -18,18 +20,41 @@ const LOST_DOUBTFUL: f64 = 0.02;
 /// Distance to the fused joints from which on a sensor has probably been moved.
 const RESIDUAL_DOUBTFUL_MM: f64 = 120.0;
 
-pub(super) async fn examine(url: &ServerUrl) -> Vec<Finding> {
-    let what = "server";
-    let error = match room::connect_with_status(url).await {
+/// What is to be said of the room, and of the calibration in force if a server answers.
+pub(super) async fn examine(url: &ServerUrl) -> (Vec<Finding>, Option<Finding>) {
+    match room::connect_with_status(url).await {
         Ok((_, status)) => {
             let found = format!("posefuse {} answers at {url}", status.server_version);
-            let mut findings = vec![Finding::good(what, found)];
+            let mut findings = vec![Finding::good(SERVER, found)];
             findings.extend(version(&status));
             findings.extend(state(&status));
-            return findings;
+            (findings, Some(calibration(&status)))
         }
-        Err(error) => error,
+        Err(error) => (no_server(url, &error).await, None),
+    }
+}
+
+fn calibration(status: &RoomStatus) -> Finding {
+    let what = "calibration";
+    let Some(calibration) = &status.calibration else {
+        let found = "the server has none in force: `posefuse calibrate` makes one";
+        return Finding::unknown(what, found);
     };
+    let names: Vec<&str> = calibration
+        .sensors
+        .iter()
+        .map(|pose| pose.sensor.as_str())
+        .collect();
+    let made = match calibration.created.as_str() {
+        "" => "an unknown time",
+        created => created,
+    };
+    let found = format!("in force, of {made}, for {}", names.join(", "));
+    Finding::good(what, found)
+}
+
+async fn no_server(url: &ServerUrl, error: &anyhow::Error) -> Vec<Finding> {
+    let what = SERVER;
     let (host, port) = url.host_and_port();
     let addresses: Vec<_> = (host.as_str(), port)
         .to_socket_addrs()
@@ -48,7 +73,7 @@ pub(super) async fn examine(url: &ServerUrl) -> Vec<Finding> {
             "end the program that has port {port} (`ss -ltnp` names it), or use another: posefuse server --listen 127.0.0.1:{}",
             port.wrapping_add(1).max(1024)
         );
-        return vec![Finding::bad(what, in_words(&error), remedy)];
+        return vec![Finding::bad(what, in_words(error), remedy)];
     }
     if !address.ip().is_loopback() {
         let remedy = "start it there with `posefuse server`, and see that no firewall is between";
@@ -89,7 +114,7 @@ fn version(status: &RoomStatus) -> Option<Finding> {
 fn state(status: &RoomStatus) -> Vec<Finding> {
     let mut findings = Vec::new();
     if status.sensors.is_empty() {
-        let remedy = "start an agent beside each sensor, e.g. posefuse agent sim --name left";
+        let remedy = "start an agent beside each sensor, e.g. posefuse agent sim --sensor 1";
         findings.push(Finding::doubtful("sensors", "none has joined", remedy));
     }
     findings.extend(status.sensors.iter().map(sensor));

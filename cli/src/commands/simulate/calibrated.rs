@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use posefuse_calibration::{Options, PointPair, kabsch, solve};
 use posefuse_fusion::Config;
 use posefuse_simulator::{Scenario, World};
-use posefuse_skeleton::{Calibration, FloorSource, Position, Room, Sensor, SensorPose, Transform};
+use posefuse_skeleton::{Calibration, Position, Room, Sensor, Transform};
 
 use crate::offline::{SimulatedRoom, WalkTap, now_rfc3339};
 use crate::progress;
@@ -25,20 +25,9 @@ const MARKS: [[f64; 3]; 4] = [
 
 /// Where the sensors truly stand.
 pub(super) fn truly(world: &World) -> Calibration {
-    let pose = |index: usize| SensorPose {
-        room_from_sensor: world.room_from_sensor(index),
-        time_offset_ns: 0,
-        residual_median_m: 0.0,
-        residual_p95_m: 0.0,
-        samples: 0,
-    };
     Calibration {
         created: now_rfc3339(),
-        method: "truth".to_owned(),
-        floor: FloorSource::Manual,
-        sensors: (0..world.sensor_count())
-            .map(|index| (world.sensor_name(index).to_owned(), pose(index)))
-            .collect(),
+        ..world.true_calibration()
     }
 }
 

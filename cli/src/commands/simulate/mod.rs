@@ -19,11 +19,12 @@ use self::error::{ErrorView, Errors};
 use self::recorder::Recorder;
 use super::agent::{LayoutArg, read_scenario};
 use super::server::read_config;
-use crate::args::Global;
 use crate::failure::{Outcome, usage};
+use crate::global::Global;
 use crate::offline::SimulatedRoom;
 use crate::output::{Style, line, paint};
 use crate::takes_folder::TakesFolder;
+use crate::values;
 use crate::views::{CalibrationView, TakeView};
 use crate::{output, progress};
 
@@ -31,19 +32,19 @@ use crate::{output, progress};
 #[derive(Debug, Args)]
 pub(crate) struct SimulateArgs {
     /// How long the take is
-    #[arg(long, value_name = "S", default_value = "60", value_parser = super::seconds)]
+    #[arg(long, value_name = "S", default_value = "60", value_parser = values::seconds)]
     seconds: f64,
     /// The take's name; a number is appended if it exists
     #[arg(long, value_name = "NAME", default_value = "simulated")]
     out: String,
     /// How many people are in the room
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=8))]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = values::whole(1u32, 8))]
     people: u32,
     /// How many sensors the room has
-    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=64))]
+    #[arg(long, value_name = "N", default_value = "4", value_parser = values::whole(1u32, 64))]
     sensors: u32,
     /// What everything random is drawn from
-    #[arg(long, value_name = "NUMBER", default_value = "1")]
+    #[arg(long, value_name = "NUMBER", default_value = "1", value_parser = values::whole(0, u64::MAX))]
     seed: u64,
     /// Where the sensors stand
     #[arg(long, value_enum, default_value_t)]
@@ -58,7 +59,7 @@ pub(crate) struct SimulateArgs {
     #[arg(long)]
     true_calibration: bool,
     /// How long the simulated walk for the calibration is
-    #[arg(long, value_name = "S", default_value = "40", value_parser = super::seconds, conflicts_with = "true_calibration")]
+    #[arg(long, value_name = "S", default_value = "40", value_parser = values::seconds, conflicts_with = "true_calibration")]
     walk: f64,
     /// Settings: a server's configuration, whose [fusion] part is used
     #[arg(long, value_name = "FILE")]

@@ -9,7 +9,6 @@ use posefuse_simulator::Scenario;
 use posefuse_skeleton::{Calibration, Timestamp};
 
 use super::error::Errors;
-use crate::commands::server::BUILD;
 use crate::offline::now_rfc3339;
 
 /// The take can be made again, so a crash may cost more of it.
@@ -34,13 +33,17 @@ impl Recorder {
         let header = TakeHeader {
             name: name.to_owned(),
             slate: "simulated".to_owned(),
-            notes: format!("{} sensors, seed {}", scenario.sensors, scenario.seed),
+            notes: format!(
+                "{}, seed {}",
+                crate::output::sensors(scenario.sensors),
+                scenario.seed
+            ),
             started: now_rfc3339(),
             start: Some(Timestamp::ZERO),
             unix_offset_ns: i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(0),
             config_toml: toml::to_string_pretty(&config).context("the configuration")?,
             calibration: Some(calibration.clone()),
-            build: BUILD.to_owned(),
+            build: posefuse_server::BUILD.to_owned(),
         };
         let preamble = [Input::Calibration(Arc::new(calibration))];
         let options = TakeOptions {

@@ -1,20 +1,23 @@
 //! `posefuse agent`: the agent of one sensor, or of something that takes a sensor's place.
 
+mod replay;
+
 use std::path::PathBuf;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use clap::{Args, Subcommand, ValueEnum};
-use posefuse_agent::{AgentConfig, AgentError, AgentReport, End, Parts, SourceConfig, source};
+use posefuse_agent::{
+    AgentConfig, AgentError, AgentReport, Clock, End, Parts, SourceConfig, SystemClock, source,
+};
 use posefuse_simulator::{Layout, Scenario};
 use serde::Serialize;
 
-use crate::args::Global;
+use self::replay::ReplayArgs;
 use crate::failure::{Outcome, usage};
+use crate::global::Global;
 use crate::takes_folder::TakesFolder;
+use crate::values;
 use crate::{output, shutdown};
-
-/// Agents of simulated sensors that are started by hand share their people if they start within this time.
-const SHARED_EPOCH: u64 = 300;
 
 /// Run the agent of one sensor. It may start before its server, and comes back by itself when the server does
 #[derive(Debug, Args)]
@@ -35,7 +38,7 @@ struct Common {
     #[arg(long, global = true, value_name = "URL", env = "POSEFUSE_SERVER", default_value = crate::room::DEFAULT_URL)]
     server: crate::room::ServerUrl,
     /// When the source has ended: how long to go on delivering what the server has not got yet
-    #[arg(long, global = true, value_name = "S", default_value = "60", value_parser = crate::commands::seconds)]
+    #[arg(long, global = true, value_name = "S", default_value = "60", value_parser = values::seconds)]
     drain: f64,
     /// End when stdin ends
     #[arg(long, global = true, hide = true)]
@@ -57,16 +60,16 @@ enum Source {
 #[derive(Debug, Args)]
 struct SimArgs {
     /// Which of the room's sensors this is, from 1
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=64))]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = values::whole(1u32, 64))]
     sensor: u32,
     /// How many sensors the room has
-    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=64))]
+    #[arg(long, value_name = "N", default_value = "4", value_parser = values::whole(1u32, 64))]
     sensors: u32,
     /// How many people are in the room
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(0..=8))]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = values::whole(0u32, 8))]
     people: u32,
     /// What everything random is drawn from; the same for all agents of a room
-    #[arg(long, value_name = "NUMBER", default_value = "1")]
+    #[arg(long, value_name = "NUMBER", default_value = "1", value_parser = values::whole(0, u64::MAX))]
     seed: u64,
     /// Where the sensors stand
     #[arg(long, value_enum, default_value_t)]
@@ -74,9 +77,9 @@ struct SimArgs {
     /// Everything about the room, as TOML, instead of the options above
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sensors", "people", "seed", "layout"])]
     scenario: Option<PathBuf>,
-    /// When the simulation begins, ns since 1970: the same for all agents of a room [default: the last full five
-    /// minutes]
-    #[arg(long, value_name = "NS")]
+    /// When the simulation begins, ns since 1970: the same for all agents of a room [default: when the people last
+    /// began their round of some minutes anew, so that agents started at any time see the same]
+    #[arg(long, value_name = "NS", value_parser = values::whole(0, i64::MAX))]
     epoch_ns: Option<i64>,
 }
 
@@ -108,23 +111,9 @@ struct TakeArgs {
     #[arg(long, value_name = "SENSOR")]
     sensor: String,
     #[command(flatten)]
-    pace: Pace,
+    replay: ReplayArgs,
     #[command(flatten)]
     takes: TakesFolder,
-}
-
-/// How something recorded is played.
-#[derive(Debug, Args)]
-struct Pace {
-    /// How many times faster than recorded
-    #[arg(long, value_name = "FACTOR", default_value = "1")]
-    speed: f64,
-    /// Begin again at the end, for ever
-    #[arg(long = "loop")]
-    repeat: bool,
-    /// Begin at the next multiple of this many seconds of the clock, so that several agents play in step; 0: at once
-    #[arg(long, value_name = "S", default_value = "0")]
-    align: f64,
 }
 
 /// Which recording, and which of its Kinects.
@@ -136,7 +125,7 @@ struct CsvArgs {
     #[arg(long, value_name = "WHICH", default_value = "1")]
     kinect: String,
     #[command(flatten)]
-    pace: Pace,
+    replay: ReplayArgs,
     /// Hand frames on as they were captured, without the delays of the recording's logger
     #[arg(long)]
     prompt: bool,
@@ -206,12 +195,18 @@ impl SimArgs {
         if self.sensor as usize > scenario.sensors {
             let (sensor, sensors) = (self.sensor, scenario.sensors);
             return Err(usage(format!(
-                "--sensor {sensor}: the room has {sensors} sensors, 1 to {sensors}; see --sensors"
+                "--sensor {sensor}: the room has {}, 1 to {sensors}; see --sensors",
+                output::sensors(sensors)
             )));
         }
+        let epoch_ns = match self.epoch_ns {
+            Some(epoch_ns) => epoch_ns,
+            None => source::shared_epoch_unix_ns(&scenario, SystemClock::new().unix_ns())
+                .map_err(usage)?,
+        };
         Ok(source::SimConfig {
             sensor: self.sensor as usize - 1,
-            epoch_unix_ns: Some(self.epoch_ns.unwrap_or_else(shared_epoch_ns)),
+            epoch_unix_ns: Some(epoch_ns),
             scenario,
         })
     }
@@ -226,21 +221,11 @@ pub(crate) fn read_scenario(file: &std::path::Path) -> anyhow::Result<Scenario> 
         .map_err(|error| usage(format!("the scenario `{shown}`, {error}")))
 }
 
-fn shared_epoch_ns() -> i64 {
-    let now = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .unwrap_or_default()
-        .as_secs();
-    ((now - now % SHARED_EPOCH) * 1_000_000_000) as i64
-}
-
 impl TakeArgs {
     fn config(&self) -> anyhow::Result<source::TakeConfig> {
         let file = self.takes.find(&self.take)?.file();
         Ok(source::TakeConfig {
-            speed: self.pace.speed,
-            repeat: self.pace.repeat,
-            align_s: self.pace.align,
+            replay: self.replay.config(),
             ..source::TakeConfig::new(file, &self.sensor)
         })
     }
@@ -249,9 +234,7 @@ impl TakeArgs {
 impl CsvArgs {
     fn config(&self) -> source::CsvConfig {
         source::CsvConfig {
-            speed: self.pace.speed,
-            repeat: self.pace.repeat,
-            align_s: self.pace.align,
+            replay: self.replay.config(),
             prompt: self.prompt,
             ..source::CsvConfig::new(&self.file, &self.kinect)
         }
