@@ -49,14 +49,10 @@ pub(super) async fn calibrate(
         .filter(|sensor| sensor.is_connected())
         .map(|sensor| (sensor.id(), sensor.name().to_owned()))
         .collect();
-    if sensors.len() < 2 {
-        return Err(Status::failed_precondition(format!(
-            "calibration relates sensors to each other and needs two or more, {} connected; start another agent",
-            match sensors.len() {
-                0 => "none is",
-                _ => "one is",
-            }
-        )));
+    if sensors.is_empty() {
+        return Err(Status::failed_precondition(
+            "calibration needs a sensor that watches the walk, none is connected; start an agent",
+        ));
     }
     let right = room.begin_calibrating().await?;
     let (walk, frames) = mpsc::channel(WALK_QUEUE);
@@ -211,7 +207,7 @@ fn result(report: &Report) -> v1::CalibrateResult {
     let pairs = report.pairs.iter().map(|pair| v1::PairResidual {
         a: pair.a.clone(),
         b: pair.b.clone(),
-        before_median_m: pair.rms_before_mm * 1e-3,
+        before_rms_m: pair.rms_before_mm * 1e-3,
         after_median_m: pair.median_mm * 1e-3,
         after_p95_m: pair.p95_mm * 1e-3,
         samples: pair.samples,

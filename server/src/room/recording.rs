@@ -16,7 +16,7 @@ use crate::fusion_thread::Command;
 use crate::record::{self, Opening, Preamble, Progress, RecorderTap};
 
 /// What takes are stamped with: only the same build goes on from the engine's state in a take.
-pub const BUILD: &str = concat!("posefuse ", env!("CARGO_PKG_VERSION"));
+pub const BUILD: &str = posefuse_fusion::BUILD;
 
 impl Room {
     pub(super) async fn start_take(

@@ -92,11 +92,11 @@ async fn a_pose_that_is_none_is_refused() {
 async fn without_a_calibration_the_room_says_what_to_do() {
     let server = start().await;
     let mut room = server.room().await;
-    let alone = room.calibrate(v1::CalibrateRequest::default()).await;
+    let nobody = room.calibrate(v1::CalibrateRequest::default()).await;
     assert_refused(
-        alone.map(|_| ()),
+        nobody.map(|_| ()),
         Code::FailedPrecondition,
-        &["two or more", "start another agent"],
+        &["needs a sensor", "start an agent"],
     );
     let _left = server.agent("left").await;
     let _right = server.agent("right").await;
@@ -159,6 +159,37 @@ async fn a_walk_nobody_saw_fails_with_a_reason_and_changes_nothing() {
         .unwrap()
         .into_inner();
     assert_eq!(kept.method, "test");
+    walking.await.unwrap();
+    server.stop().await;
+}
+
+#[tokio::test]
+async fn a_lone_sensor_calibrates_and_is_told_what_that_means() {
+    let server = start().await;
+    let mut room = server.room().await;
+    let left = server.agent("left").await;
+    let request = v1::CalibrateRequest {
+        seconds: 2.0,
+        dry_run: true,
+    };
+    let mut events = room.calibrate(request).await.unwrap().into_inner();
+    let walking = tokio::spawn(async move {
+        left.walk(0..150).await;
+        left
+    });
+    let mut result = None;
+    while let Some(event) = events.message().await.unwrap() {
+        if let calibrate_event::Event::Result(found) = event.event.unwrap() {
+            result = Some(found);
+        }
+    }
+    let reasons = result.expect("no result").reasons;
+    assert!(
+        reasons
+            .iter()
+            .any(|r| r.contains("`left` is the only sensor")),
+        "{reasons:?}"
+    );
     walking.await.unwrap();
     server.stop().await;
 }
