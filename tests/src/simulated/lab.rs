@@ -11,7 +11,7 @@ use posefuse_proto::v1::room_client::RoomClient;
 use posefuse_proto::{calibration_to_wire, v1};
 use posefuse_session::TakeReader;
 use posefuse_simulator::{Scenario, World};
-use posefuse_skeleton::{Calibration, SensorPose};
+use posefuse_skeleton::Calibration;
 use tokio::sync::mpsc;
 use tonic::Status;
 use tonic::transport::Channel;
@@ -329,19 +329,12 @@ pub fn sensor_name(index: usize) -> String {
 
 /// Where the simulated sensors truly stand, by the names that agents get here.
 pub fn true_calibration(world: &World) -> Calibration {
-    let pose = |index| SensorPose {
-        room_from_sensor: world.room_from_sensor(index),
-        time_offset_ns: 0,
-        residual_median_m: 0.0,
-        residual_p95_m: 0.0,
-        samples: 0,
-    };
+    let truth = world.true_calibration();
     Calibration {
         created: "2026-01-01T00:00:00Z".to_owned(),
-        method: "simulated".to_owned(),
-        sensors: (0..world.sensor_count())
-            .map(|index| (sensor_name(index), pose(index)))
+        sensors: (truth.sensors.into_iter())
+            .filter_map(|(name, pose)| Some((sensor_name(world.sensor_index(&name)?), pose)))
             .collect(),
-        ..Calibration::default()
+        ..truth
     }
 }
