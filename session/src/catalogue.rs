@@ -64,8 +64,11 @@ impl Catalogue {
             source,
         })?;
         let is_used = |name: &str| {
-            let taken = [format!("{name}{EXTENSION}"), format!("{name}{REWRITTEN}")];
-            files.iter().any(|stored| taken.contains(&stored.file))
+            let [take, draft] = [EXTENSION, REWRITTEN].map(|ending| format!("{name}{ending}"));
+            let is_there = |file: &str| files.iter().any(|stored| stored.file == file);
+            let is_being_made =
+                || is_there(&draft) && storage.is_being_written(&draft).unwrap_or(true);
+            is_there(&take) || is_being_made()
         };
         let numbered = (2..).map(|number| format!("{wanted}-{number}"));
         let name = std::iter::once(wanted.to_owned())

@@ -177,10 +177,6 @@ fn half_a_new_take_is_no_take() {
         }
     })
     .unwrap();
-    let named = RefuseOptions {
-        name: Some("t-refused".into()),
-        ..same()
-    };
     for (at, after) in killed.into_iter().enumerate() {
         let after: Arc<dyn Storage> = after;
         assert_eq!(files_of(&*after).len(), 2, "the kill came in between");
@@ -190,7 +186,7 @@ fn half_a_new_take_is_no_take() {
             assert!(recover(&after).unwrap().is_empty());
             assert_eq!(files_of(&*after), ["t.mcap"]);
         }
-        assert!(refuse(&after, "t", &named, &mut |_| {}).unwrap().identical);
+        assert!(refuse(&after, "t", &same(), &mut |_| {}).unwrap().identical);
         assert_eq!(files_of(&*after), ["t-refused.mcap", "t.mcap"]);
     }
 }
