@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { agentLine, ago, bytes, count, dateTime, duration, fixed, nextTakeName, offset, plural } from "./format";
+import { agentLines, ago, bytes, count, dateTime, duration, fixed, madeFrom, nextTakeName, offset, plural } from "./format";
 
 /** Unbreakable spaces as plain ones, to keep the expectations readable. */
 const plain = (text: string) => text.replaceAll(/[\u202f\u00a0]/g, " ");
@@ -54,7 +54,16 @@ describe("names", () => {
     expect(nextTakeName("")).toBe("");
   });
 
-  it("of the server go into the agent's line", () => {
-    expect(agentLine("http://127.0.0.1:1234")).toBe("posefuse agent sim --name sim1 --server http://127.0.0.1:1234");
+  it("of the server go into the agents' lines", () => {
+    const lines = agentLines("http://127.0.0.1:1234").split("\n");
+    expect(lines.map((line) => line.replace("--sensor 1", "--sensor 2"))).toEqual(new Array(2).fill("posefuse agent sim --sensor 2 --server http://127.0.0.1:1234 &"));
+    expect(lines[0]).toContain("--sensor 1");
+  });
+
+  it("of methods become plain words", () => {
+    expect(madeFrom("svd", "walk")).toBe("from a walk, floor found from the walk");
+    expect(madeFrom("truth", "manual")).toBe("as simulated, floor set by hand");
+    expect(madeFrom("", "assumed")).toBe("from an unnamed source, floor assumed");
+    expect(madeFrom("charuco", "")).toBe("method charuco");
   });
 });

@@ -76,7 +76,15 @@ export function nextTakeName(name: string): string {
   return match[1]! + (BigInt(digits) + 1n).toString().padStart(digits.length, "0");
 }
 
-/** The line that starts a simulated sensor against this server. */
-export function agentLine(origin: string): string {
-  return `posefuse agent sim --name sim1 --server ${origin}`;
+/** The lines that start two simulated sensors against this server: a calibration needs as many. */
+export function agentLines(origin: string): string {
+  return [1, 2].map((n) => `posefuse agent sim --sensor ${n} --server ${origin} &`).join("\n");
+}
+
+/** Where a calibration comes from, in plain words. */
+export function madeFrom(method: string, floor: string): string {
+  const walk = method === "svd" || method === "floor";
+  const source = walk ? "from a walk" : method === "truth" ? "as simulated" : method ? `method ${method}` : "from an unnamed source";
+  const floors: Record<string, string> = { walk: "floor found from the walk", manual: "floor set by hand", assumed: "floor assumed" };
+  return floor ? `${source}, ${floors[floor] ?? `floor ${floor}`}` : source;
 }

@@ -107,8 +107,8 @@ describe("raw skeletons", () => {
     positions.splice(0, 3, 0.5, 0.25, 4);
     const confidences = new Array<number>(25).fill(0);
     confidences[0] = 1;
-    const [body] = placeBodies(create(ObservationSchema, { sensor: 3, bodies: [{ positions, confidences }] }), rigidOf(pose)!);
-    expect(body!.sensor).toBe(3);
+    const [body] = placeBodies(create(ObservationSchema, { sensor: 3, bodies: [{ positions, confidences }] }), rigidOf(pose)!, 4);
+    expect(body!.colour).toBe(4);
     expect([...body!.positions.slice(0, 3)]).toEqual([5, 1.5, 2.75]);
     expect(body!.positions[3]).toBeNaN();
   });
@@ -117,7 +117,7 @@ describe("raw skeletons", () => {
     expect(rigidOf(undefined)).toBeNull();
     expect(rigidOf(create(PoseSchema, { translation: {}, rotation: {} }))).toBeNull();
     const odd = create(ObservationSchema, { bodies: [{ positions: [1, 2, 3], confidences: [1] }] });
-    expect(placeBodies(odd, rigidOf(pose)!)).toEqual([]);
+    expect(placeBodies(odd, rigidOf(pose)!, 0)).toEqual([]);
   });
 });
 

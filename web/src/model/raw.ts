@@ -4,8 +4,8 @@ import type { Observation, Pose } from "../gen/posefuse/v1/types_pb";
 import { JOINT_COUNT } from "./joints";
 
 export interface RawBody {
-  /** The sensor's id, 0 to 63. */
-  sensor: number;
+  /** The sensor's colour, 0 to 6. */
+  colour: number;
   /** 75 numbers, metres, room frame; NaN where a joint is missing. */
   positions: Float32Array;
 }
@@ -32,7 +32,7 @@ export function rigidOf(pose: Pose | undefined): Rigid | null {
 }
 
 /** The bodies of an observation in the room; a body of another shape than 25 joints is left out. */
-export function placeBodies(observation: Observation, roomFromSensor: Rigid): RawBody[] {
+export function placeBodies(observation: Observation, roomFromSensor: Rigid, colour: number): RawBody[] {
   const placed: RawBody[] = [];
   for (const body of observation.bodies) {
     if (body.positions.length !== 3 * JOINT_COUNT || body.confidences.length !== JOINT_COUNT) continue;
@@ -40,7 +40,7 @@ export function placeBodies(observation: Observation, roomFromSensor: Rigid): Ra
     for (let i = 0; i < JOINT_COUNT; i++) {
       if (body.confidences[i]! > 0) transform(roomFromSensor, body.positions, positions, 3 * i);
     }
-    placed.push({ sensor: observation.sensor, positions });
+    placed.push({ colour, positions });
   }
   return placed;
 }

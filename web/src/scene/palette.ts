@@ -2,10 +2,8 @@
 // thing; here they are only read. All are from the Okabe-Ito palette, darkened or lightened for contrast.
 
 import { Color } from "three";
+import { SENSOR_COLOURS } from "../model/colours";
 import type { Source } from "../model/frame";
-
-/** How many colours sensors share. */
-export const SENSOR_COLOURS = 7;
 
 export interface Palette {
   background: Color;
@@ -36,7 +34,7 @@ export function readPalette(): Palette {
   };
 }
 
-/** The style sheet's name for a sensor's colour. */
-export function sensorColourName(id: number): string {
-  return `--sensor-${id % SENSOR_COLOURS}`;
+/** The style sheet's name for a sensor's colour, 0 to 6. */
+export function sensorColourName(colour: number): string {
+  return `--sensor-${colour}`;
 }

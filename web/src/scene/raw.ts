@@ -3,7 +3,7 @@
 import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial, LineSegments, Points, PointsMaterial } from "three";
 import { BONES, JOINT_COUNT } from "../model/joints";
 import type { RawBody } from "../model/raw";
-import { SENSOR_COLOURS, type Palette } from "./palette";
+import type { Palette } from "./palette";
 
 const MAX_BODIES = 64;
 
@@ -29,8 +29,8 @@ export class RawView {
     let lineAt = 0;
     let pointAt = 0;
     const drawn = bodies.slice(0, MAX_BODIES);
-    for (const { sensor, positions } of drawn) {
-      const colour = this.colours[sensor % SENSOR_COLOURS]!;
+    for (const { colour: index, positions } of drawn) {
+      const colour = this.colours[index]!;
       for (const [a, b] of BONES) {
         if (Number.isNaN(positions[3 * a]!) || Number.isNaN(positions[3 * b]!)) continue;
         put(this.lines.geometry, lineAt++, positions, a, colour);

@@ -11,6 +11,8 @@ import type { Palette } from "./palette";
 export interface SensorMark {
   id: number;
   name: string;
+  /** 0 to 6. */
+  colour: number;
   rigid: Rigid;
   /** Degrees; 0 where unknown, then no cone is drawn. */
   fovHorizontal: number;
@@ -62,7 +64,7 @@ export class SensorsView {
 
   private build(mark: SensorMark, palette: Palette): Group {
     const object = new Group();
-    const colour = mark.live ? palette.sensors[mark.id % palette.sensors.length]! : palette.dead;
+    const colour = mark.live ? palette.sensors[mark.colour]! : palette.dead;
     object.add(new Mesh(BODY, new MeshLambertMaterial({ color: colour })));
     object.add(new Mesh(LENS, new MeshLambertMaterial({ color: new Color(0x15181b) })));
     if (mark.fovHorizontal > 0 && mark.fovVertical > 0) {

@@ -11,7 +11,7 @@ import { placeBodies, rigidOf } from "../model/raw";
 import { explain, room } from "../net/client";
 import { keepOpen, type Kept, type KeepOptions, type LinkState } from "../net/keep";
 import { recordResiduals, recordSpeeds } from "./plots";
-import { connection, EMPTY, frames, notify, peopleIds, rawBodies, replay, show, status, statusAt } from "./store";
+import { colourOf, connection, EMPTY, frames, notify, peopleIds, rawBodies, replay, show, status, statusAt } from "./store";
 import { refreshTakes } from "./takes";
 
 const STATUS_HZ = 4;
@@ -141,7 +141,7 @@ function takeObservation(message: Observation): void {
   const rigid = rigidOf(sensor?.roomFromSensor);
   if (!rigid) return;
   rawAt.set(message.sensor, performance.now());
-  rawBodies.set(new Map(rawBodies.value).set(message.sensor, placeBodies(message, rigid)));
+  rawBodies.set(new Map(rawBodies.value).set(message.sensor, placeBodies(message, rigid, colourOf(sensor?.info?.name ?? ""))));
 }
 
 function dropStale(): void {

@@ -8,7 +8,7 @@ import { placeBodies, rigidOf, type Rigid } from "../model/raw";
 import { explain, isCancelled, room } from "../net/client";
 import { clearView, showFrame } from "./live";
 import { forgetSpeeds } from "./plots";
-import { rawBodies, replay, show, type Replay } from "./store";
+import { colourOf, rawBodies, replay, show, type Replay } from "./store";
 
 export const SPEEDS = [0.25, 0.5, 1, 2, 4] as const;
 
@@ -123,7 +123,7 @@ function takeEvent(event: ReplayEvent): boolean {
     case "observation": {
       const place = replayPlaces.value.get(event.event.value.sensor);
       if (place && show.raw.value) {
-        rawBodies.set(new Map(rawBodies.value).set(event.event.value.sensor, placeBodies(event.event.value, place.rigid)));
+        rawBodies.set(new Map(rawBodies.value).set(event.event.value.sensor, placeBodies(event.event.value, place.rigid, colourOf(place.name))));
       }
       return false;
     }

@@ -4,6 +4,7 @@
 import { computed, signal } from "@preact/signals";
 import type { CalibrateProgress, CalibrateResult, RoomStatus, SensorStatus, Take } from "../gen/posefuse/v1/room_pb";
 import { SensorState } from "../gen/posefuse/v1/room_pb";
+import { assignColours, usualColour } from "../model/colours";
 import type { Frame } from "../model/frame";
 import type { RawBody } from "../model/raw";
 
@@ -20,6 +21,15 @@ export const statusAt = signal(0);
 export const sensors = computed<SensorStatus[]>(() =>
   [...(status.value?.sensors ?? [])].sort((a, b) => (a.info?.name ?? "").localeCompare(b.info?.name ?? "", "en", { numeric: true })),
 );
+const colours = computed(() => assignColours(sensors.value.map((s) => s.info?.name ?? "")));
+
+/** The colour of the sensor of this name, 0 to 6; one of a take that the room does not know has its usual one. */
+export function colourOf(name: string): number {
+  return colours.value.get(name) ?? usualColour(name);
+}
+
+/** Those that legends name: the others have nothing on the page. */
+export const shownSensors = computed(() => sensors.value.filter((s) => s.calibrated || s.state === SensorState.LIVE));
 export const calibratedSensors = computed(() => sensors.value.filter((s) => s.calibrated).length);
 export const liveSensors = computed(() => sensors.value.filter((s) => s.state === SensorState.LIVE).length);
 
@@ -63,10 +73,16 @@ export type Calibrating =
 
 export const calibrating = signal<Calibrating>({ kind: "closed" });
 
-/** Calibrating needs a server, sensors, the live room, and no take running. */
-export const canCalibrate = computed(() =>
-  connection.value.kind === "online" && sensors.value.length > 0 && replay.value === null && status.value?.recording === undefined && calibrating.value.kind === "closed",
-);
+/** Why nobody can calibrate now: it needs a server, sensors, the live room, and no take running. Empty: one can. */
+export const calibrateBlocked = computed(() => {
+  if (connection.value.kind !== "online") return "The server does not answer.";
+  if (sensors.value.length === 0) return "No sensor has joined yet.";
+  if (replay.value !== null) return "Go back to the live room first.";
+  if (status.value?.recording !== undefined) return "Stop the recording first.";
+  if (calibrating.value.kind !== "closed") return "Calibration is open already.";
+  return "";
+});
+export const canCalibrate = computed(() => calibrateBlocked.value === "");
 
 export const dialog = signal<"none" | "help" | "config">("none");
 

@@ -1,7 +1,7 @@
 // The calibration in force, and the way to a new one.
 
-import { ago, plural } from "../model/format";
-import { canCalibrate, sensors, status } from "../state/store";
+import { ago, madeFrom, plural } from "../model/format";
+import { calibrateBlocked, canCalibrate, sensors, status } from "../state/store";
 import { useNow } from "./Banners";
 import { openCalibrate } from "./keys";
 
@@ -13,7 +13,7 @@ export function CalibrationCard() {
     <section class="panel" aria-labelledby="calibration-title">
       <header class="panel-head">
         <h2 id="calibration-title">Calibration</h2>
-        <button type="button" data-testid="calibrate-button" aria-keyshortcuts="k" disabled={!canCalibrate.value} onClick={openCalibrate}>
+        <button type="button" data-testid="calibrate-button" aria-keyshortcuts="k" disabled={!canCalibrate.value} title={calibrateBlocked.value || undefined} onClick={openCalibrate}>
           Calibrate <kbd>K</kbd>
         </button>
       </header>
@@ -21,10 +21,9 @@ export function CalibrationCard() {
         {calibration ? (
           <>
             <p>
-              {plural(calibration.sensors.length, "sensor")}, by {calibration.method || "an unnamed method"}
+              {plural(calibration.sensors.length, "sensor")}, {madeFrom(calibration.method, calibration.floor)}
               {calibration.created && <> · {ago(Date.parse(calibration.created), now)}</>}
             </p>
-            {calibration.floor && <p class="muted">Floor: {calibration.floor}</p>}
             {missing > 0 && <p class="warn-text">▲ {plural(missing, "sensor is", "sensors are")} not in it. Calibrate again.</p>}
           </>
         ) : (

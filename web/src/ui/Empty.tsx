@@ -1,8 +1,8 @@
 // What to do when there is nothing to see.
 
 import { useState } from "preact/hooks";
-import { agentLine } from "../model/format";
-import { calibratedSensors, calibrating, canCalibrate, connection, liveSensors, notify, peopleIds, replay, sensors, status } from "../state/store";
+import { agentLines } from "../model/format";
+import { calibrateBlocked, calibratedSensors, calibrating, canCalibrate, connection, liveSensors, notify, peopleIds, replay, sensors, status } from "../state/store";
 import { openCalibrate } from "./keys";
 
 export function Empty() {
@@ -15,7 +15,7 @@ export function Empty() {
     return (
       <div class="view-hint" data-testid="hint">
         The sensors' places are not known yet.{status.value.recording && " Stop the recording to calibrate."}
-        <button type="button" class="primary" disabled={!canCalibrate.value} onClick={openCalibrate}>
+        <button type="button" class="primary" disabled={!canCalibrate.value} title={calibrateBlocked.value || undefined} onClick={openCalibrate}>
           Calibrate
         </button>
       </div>
@@ -27,30 +27,30 @@ export function Empty() {
 
 function NoSensor() {
   const [copied, setCopied] = useState(false);
-  const line = agentLine(location.origin);
+  const lines = agentLines(location.origin);
   const loopback = ["127.0.0.1", "localhost", "[::1]"].includes(location.hostname);
   const copy = async () => {
     try {
-      await navigator.clipboard.writeText(line);
+      await navigator.clipboard.writeText(lines);
       setCopied(true);
       setTimeout(() => setCopied(false), 2000);
     } catch {
-      notify("error", "The browser did not let the page copy. Mark the line and copy it by hand.");
+      notify("error", "The browser did not let the page copy. Mark the lines and copy them by hand.");
     }
   };
   return (
     <div class="view-message" data-testid="empty">
       <h2>No sensor yet</h2>
-      <p>To see this room at work with a simulated sensor, run this line:</p>
+      <p>To see this room at work with two simulated sensors, run these lines, then press Calibrate:</p>
       <div class="command">
-        <code data-testid="empty-command">{line}</code>
+        <code data-testid="empty-command">{lines}</code>
         <button type="button" onClick={() => void copy()}>
           {copied ? "Copied" : "Copy"}
         </button>
       </div>
       <p class="muted">
         {loopback
-          ? "It works on this machine. On another one, put this server's own address in place of " + location.hostname + "."
+          ? "They work on this machine. On another one, put this server's own address in place of " + location.hostname + "."
           : "Run one agent beside each sensor. It may start before the server."}
       </p>
     </div>

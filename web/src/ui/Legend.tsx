@@ -1,7 +1,6 @@
 // What the marks in the 3D view mean. Shape says what colour says.
 
-import { SENSOR_COLOURS } from "../scene/palette";
-import { sensors, show } from "../state/store";
+import { colourOf, show, shownSensors } from "../state/store";
 
 export function Legend() {
   return (
@@ -21,9 +20,9 @@ export function Legend() {
         </li>
       )}
       {show.raw.value &&
-        sensors.value.map((s) => (
+        shownSensors.value.map((s) => (
           <li key={s.info?.name}>
-            <span class={`dash sensor-colour-${(s.info?.id ?? 0) % SENSOR_COLOURS}`} aria-hidden="true" /> {s.info?.name}
+            <span class={`dash sensor-colour-${colourOf(s.info?.name ?? "")}`} aria-hidden="true" /> {s.info?.name}
           </li>
         ))}
     </ul>

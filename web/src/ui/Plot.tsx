@@ -14,6 +14,8 @@ export interface Line {
   mark: string;
   /** Left out until switched on. */
   off?: boolean;
+  /** Nothing comes any more: the latest value is no value of now. */
+  ended?: boolean;
   series: Series | undefined;
 }
 
@@ -62,7 +64,8 @@ export function Plot(props: Props) {
         </h2>
         <div class="plot-legend" role="group" aria-label="Lines">
           {lines.map((line) => {
-            const point = at === null ? line.series?.latest : line.series?.near(at, 0.5);
+            const latestOf = line.ended ? undefined : line.series?.latest;
+            const point = at === null ? latestOf : line.series?.near(at, 0.5);
             return (
               <button key={line.label} type="button" class="plot-key" aria-pressed={!off.has(line.label)} onClick={() => setOff(toggled(off, line.label))}>
                 <span class={`dash ${line.mark}`} aria-hidden="true" />

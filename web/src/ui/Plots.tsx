@@ -1,9 +1,10 @@
 // The two plots under the room: how fast the followed person's joints move, and how well each sensor agrees.
 
 import { PLOTTED_JOINTS } from "../model/joints";
-import { SENSOR_COLOURS, sensorColourName } from "../scene/palette";
+import { SensorState } from "../gen/posefuse/v1/room_pb";
+import { sensorColourName } from "../scene/palette";
 import { residualOf, SPAN, speedsOf } from "../state/plots";
-import { followed, replay, sensors } from "../state/store";
+import { colourOf, followed, replay, shownSensors } from "../state/store";
 import { Plot, type Line } from "./Plot";
 
 /** Drawn from the start; the others are one press away, six lines at once are too many to read. */
@@ -15,10 +16,11 @@ function speedLines(): Line[] {
 }
 
 function residualLines(): Line[] {
-  return sensors.peek().map((s) => {
-    const id = s.info?.id ?? 0;
+  return shownSensors.value.map((s) => {
     const name = s.info?.name ?? "";
-    return { label: name, colour: sensorColourName(id), mark: `sensor-colour-${id % SENSOR_COLOURS}`, series: residualOf(name) };
+    const colour = colourOf(name);
+    const ended = s.state !== SensorState.LIVE;
+    return { label: name, colour: sensorColourName(colour), mark: `sensor-colour-${colour}`, series: residualOf(name), ended };
   });
 }
 

@@ -7,8 +7,10 @@ import { takeBusy, takeForm, toggleRecording, type TakeForm } from "../state/tak
 import { useNow } from "./Banners";
 
 export function RecordBar() {
-  const recording = status.value?.recording;
-  const canRecord = status.value !== null && connection.value.kind === "online" && !takeBusy.value;
+  const online = connection.value.kind === "online";
+  const last = status.value?.recording;
+  const recording = online ? last : undefined;
+  const canRecord = status.value !== null && online && !takeBusy.value;
   return (
     <section class={recording ? "transport recording" : "transport"} aria-label="Recording" data-testid="record-bar">
       <button
@@ -31,6 +33,10 @@ export function RecordBar() {
           {recording.slate && <span>slate {recording.slate}</span>}
           {recording.dropped > 0n && <span class="warn-text">▲ {String(recording.dropped)} inputs dropped</span>}
           {recording.trouble && <span class="warn-text">▲ {recording.trouble}</span>}
+        </div>
+      ) : last ? (
+        <div class="running muted" role="status" data-testid="rec-lost">
+          was recording <span class="running-name">{last.name}</span> when the server went away
         </div>
       ) : (
         <div class="fields">
@@ -76,7 +82,7 @@ function RunningTime() {
   const base = Number.isFinite(civil) && civil >= 0 ? civil : secondsOf(s.recording.durationNs);
   return (
     <span class="running-time" role="timer" data-testid="rec-time">
-      {duration(base + (connection.value.kind === "online" ? since : 0), true)}
+      {duration(base + since, true)}
     </span>
   );
 }

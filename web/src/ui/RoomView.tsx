@@ -9,7 +9,7 @@ import type { SensorMark } from "../scene/sensors";
 import { RoomScene, type Preset } from "../scene/room";
 import { reducedMotion, resolvedTheme } from "../state/prefs";
 import { replayPlaces } from "../state/replay";
-import { chosenId, connection, followed, frames, peopleIds, rawBodies, replay, sensors, show } from "../state/store";
+import { chosenId, colourOf, connection, followed, frames, peopleIds, rawBodies, replay, sensors, show } from "../state/store";
 import { Empty } from "./Empty";
 import { Legend } from "./Legend";
 import { view } from "./keys";
@@ -89,7 +89,7 @@ function liveMarks(): SensorMark[] {
     const rigid = rigidOf(s.roomFromSensor);
     if (!rigid || !s.info) continue;
     marks.push({
-      id: s.info.id, name: s.info.name, rigid,
+      id: s.info.id, name: s.info.name, colour: colourOf(s.info.name), rigid,
       fovHorizontal: s.fovHorizontalDeg, fovVertical: s.fovVerticalDeg, live: s.state === SensorState.LIVE,
     });
   }
@@ -100,7 +100,7 @@ function replayMarks(): SensorMark[] {
   return [...replayPlaces.value].map(([id, { name, rigid }]) => {
     // A take does not say what its sensors could see; the same sensor in the live room does.
     const known = sensors.peek().find((s) => s.info?.name === name);
-    return { id, name, rigid, fovHorizontal: known?.fovHorizontalDeg ?? 0, fovVertical: known?.fovVerticalDeg ?? 0, live: true };
+    return { id, name, colour: colourOf(name), rigid, fovHorizontal: known?.fovHorizontalDeg ?? 0, fovVertical: known?.fovVerticalDeg ?? 0, live: true };
   });
 }
 

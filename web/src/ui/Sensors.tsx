@@ -2,8 +2,7 @@
 
 import { SensorState, type SensorStatus } from "../gen/posefuse/v1/room_pb";
 import { count, fixed, offset } from "../model/format";
-import { SENSOR_COLOURS } from "../scene/palette";
-import { connection, liveSensors, sensors, status } from "../state/store";
+import { colourOf, connection, liveSensors, sensors, status } from "../state/store";
 
 const STATES: Record<SensorState, { word: string; icon: string; kind: string; name: string }> = {
   [SensorState.LIVE]: { word: "Live", icon: "●", kind: "ok", name: "live" },
@@ -42,7 +41,7 @@ function SensorCard({ sensor }: { sensor: SensorStatus }) {
   return (
     <li class={`card ${gone ? "gone" : ""}`} data-testid="sensor-card" data-sensor={name} data-state={state.name} aria-label={`Sensor ${name}, ${state.word}`}>
       <div class="card-head">
-        <span class={`swatch sensor-colour-${(sensor.info?.id ?? 0) % SENSOR_COLOURS}`} aria-hidden="true" />
+        <span class={`swatch sensor-colour-${colourOf(name)}`} aria-hidden="true" />
         <h3 title={name}>{name}</h3>
         <span class={`state ${state.kind}`}>
           <span aria-hidden="true">{state.icon}</span> {state.word}
@@ -60,7 +59,7 @@ function SensorCard({ sensor }: { sensor: SensorStatus }) {
       <dl class="card-figures">
         <Cell name="Rate" value={fixed(sensor.framesPerSecond, 1, "fps")} />
         <Cell name="Latency" value={fixed(sensor.latencyMs, (sensor.latencyMs ?? 0) < 100 ? 1 : 0, "ms")} />
-        <Cell name="Residual" value={fixed(sensor.residualMm, 0, "mm")} title="Median distance of this sensor's joints to the fused ones" />
+        <Cell name="Residual" value={fixed(gone ? undefined : sensor.residualMm, 0, "mm")} title="Median distance of this sensor's joints to the fused ones" />
         <Cell name="Bodies" value={String(sensor.bodies)} />
         <Cell name="Lost" value={count(sensor.framesLost)} title="Frames missing in the sequence numbers" alert={sensor.framesLost > 0n} />
         <Cell name="Agent drops" value={sensor.agentDropped === undefined ? "–" : count(sensor.agentDropped)} title="Frames the agent itself had to drop" alert={(sensor.agentDropped ?? 0n) > 0n} />

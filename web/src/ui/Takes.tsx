@@ -39,13 +39,14 @@ function TakeRow({ take }: { take: Take }) {
   const state = STATES[take.state] ?? STATES[TakeState.UNSPECIFIED];
   const shown = replay.value?.take.name === take.name;
   const recording = take.state === TakeState.RECORDING;
+  const lost = recording && connection.value.kind === "offline";
   const readable = !recording && take.state !== TakeState.DAMAGED;
   const sensorList = take.sensors.join(", ");
   return (
     <li class={shown ? "take shown" : "take"} data-testid="take-row" data-take={take.name} data-state={state.word.toLowerCase()}>
       <div class="take-head">
         <h3 title={take.name}>{take.name}</h3>
-        {take.state !== TakeState.COMPLETE && <span class={`badge ${state.kind}`}>{state.word}</span>}
+        {take.state !== TakeState.COMPLETE && <span class={`badge ${lost ? "muted" : state.kind}`}>{lost ? "Not ended" : state.word}</span>}
         <button type="button" data-testid="replay-button" aria-label={`Replay ${take.name}`} disabled={!readable || shown || connection.value.kind !== "online"} onClick={() => openReplay(take)}>
           {shown ? "Shown" : "Replay"}
         </button>

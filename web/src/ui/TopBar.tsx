@@ -24,7 +24,7 @@ export function TopBar() {
         Posefuse
       </h1>
       <Connection />
-      {s?.recording && replay.value && <span class="badge rec" role="status">REC {s.recording.name}</span>}
+      {online && s?.recording && replay.value && <span class="badge rec" role="status">REC {s.recording.name}</span>}
       <dl class={online ? "figures" : "figures stale"}>
         <Figure name="Sensors" value={s ? `${liveSensors.value}/${sensors.value.length}` : "–"} title="Sensors that deliver, of those known" testid="figure-sensors" />
         <Figure name="People" value={s ? String(s.people) : "–"} title="People in the room now" testid="figure-people" />
