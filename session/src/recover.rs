@@ -37,7 +37,7 @@ pub enum RecoveryOutcome {
 /// Repairs every take of the folder that has no end and that nobody is recording. Call it when a server starts.
 ///
 /// A repaired take is written beside the old one and then put in its place in one step, so that a crash on the way
-/// leaves the old one. No file that holds anything of a take is deleted.
+/// leaves the old one. Half-written files of an earlier attempt are removed first; nothing else is deleted.
 pub fn recover(storage: &Arc<dyn Storage>) -> Result<Vec<Recovery>> {
     let folder = |source| TakeError::Folder {
         place: storage.place(),
