@@ -5,6 +5,7 @@
     python -m grpc_tools.protoc -I proto --python_out=. --grpc_python_out=. proto/posefuse/v1/*.proto
     python watch.py 127.0.0.1:7400
 """
+import os
 import sys
 
 import grpc
@@ -26,7 +27,11 @@ def main(address: str, most_frames: int) -> None:
 
 
 if __name__ == "__main__":
-    main(
-        sys.argv[1] if len(sys.argv) > 1 else "127.0.0.1:7400",
-        int(sys.argv[2]) if len(sys.argv) > 2 else 0,
-    )
+    try:
+        main(
+            sys.argv[1] if len(sys.argv) > 1 else "127.0.0.1:7400",
+            int(sys.argv[2]) if len(sys.argv) > 2 else 0,
+        )
+    except BrokenPipeError:
+        # Whoever read this has enough (`| head`). What Python would flush at its end has nowhere to go either.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
