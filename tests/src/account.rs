@@ -9,9 +9,8 @@ use posefuse_skeleton::{JointSet, Observation};
 use crate::simulated::CapturedFrame;
 
 /// Reasons for which the server refuses a whole frame before the engine: it is counted and not recorded.
-const NOT_RECORDED: [&str; 6] = [
+const NOT_RECORDED: [&str; 5] = [
     "wrong-length",
-    "bad-confidence",
     "too-many-bodies",
     "malformed",
     "duplicate",

@@ -24,18 +24,6 @@ pub enum WireError {
         /// The joint set that was announced.
         joint_set: JointSet,
     },
-    /// A confidence is not a number between 0 and 1.
-    #[error(
-        "body {body}, joint {joint}: confidence must be a number between 0 and 1, found {found}"
-    )]
-    Confidence {
-        /// Index of the body in its frame.
-        body: usize,
-        /// The joint's name in its set.
-        joint: &'static str,
-        /// What there is.
-        found: f32,
-    },
     /// More bodies than any tracker gives.
     #[error("a frame has at most {max} bodies, found {found}", max = Observation::MAX_BODIES)]
     TooManyBodies {

@@ -40,7 +40,7 @@ pub fn agent_body(tracking_id: u64, joints: &[Option<RawJoint>]) -> v1::Body {
 
 /// The bodies of an agent's frame as canonical bodies.
 ///
-/// Confidence 0 means missing. Non-finite positions pass, for the engine's gate to reject and count joint by
+/// Confidence 0 means missing. Non-finite positions, and confidences that are none, pass as non-finite, for the engine's gate to reject and count joint by
 /// joint; a quaternion that is none is dropped.
 pub fn bodies_from_agent(
     sensor: SensorId,
@@ -102,16 +102,7 @@ fn body_from_wire(
         .zip(&body.confidences)
         .enumerate()
     {
-        let confidence = Confidence::new(confidence).map_err(|_| WireError::Confidence {
-            body: index,
-            joint: joint_set.joint_names()[joint],
-            found: confidence,
-        })?;
-        let position = Position::new(xyz[0].into(), xyz[1].into(), xyz[2].into());
-        raw[joint] = (confidence > Confidence::NONE).then_some(RawJoint {
-            position,
-            confidence,
-        });
+        raw[joint] = raw_joint([xyz[0], xyz[1], xyz[2]], confidence);
     }
     let skeleton = joint_set
         .to_canonical(&raw[..joints])
@@ -123,6 +114,23 @@ fn body_from_wire(
         skeleton,
         orientations,
     })
+}
+
+/// A joint whose confidence says nothing is handed on as one that is nowhere, for the gate to reject and count.
+fn raw_joint(xyz: [f32; 3], confidence: f32) -> Option<RawJoint> {
+    let [x, y, z] = xyz.map(f64::from);
+    let joint = |position, confidence| RawJoint {
+        position,
+        confidence,
+    };
+    match Confidence::new(confidence) {
+        Ok(Confidence::NONE) => None,
+        Ok(confidence) => Some(joint(Position::new(x, y, z), confidence)),
+        Err(_) => Some(joint(
+            Position::new(f64::NAN, f64::NAN, f64::NAN),
+            Confidence::FULL,
+        )),
+    }
 }
 
 fn measured(sensor: SensorId, raw: &RawJoint) -> JointState<posefuse_skeleton::Sensor> {
@@ -271,13 +279,6 @@ mod tests {
             "{error}"
         );
 
-        let mut odd = body(JointSet::KinectV2);
-        odd.confidences[4] = f32::NAN;
-        let error = bodies_from_agent(sensor(), JointSet::KinectV2, &[odd])
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains("ShoulderLeft"), "{error}");
-
         let crowd = vec![v1::Body::default(); Observation::MAX_BODIES + 1];
         let found = crowd.len();
         assert_eq!(
@@ -294,6 +295,18 @@ mod tests {
                 bodies: [1, 2]
             })
         );
+    }
+
+    #[test]
+    fn a_confidence_that_is_none_costs_its_joint_alone() {
+        for none in [f32::NAN, f32::INFINITY, -0.1, 7.0] {
+            let mut odd = body(JointSet::KinectV2);
+            odd.confidences[Joint::ElbowLeft as usize] = none;
+            let bodies = bodies_from_agent(sensor(), JointSet::KinectV2, &[odd]).unwrap();
+            let finite = |joint: Joint| bodies[0].skeleton.position(joint).unwrap().is_finite();
+            assert!(!finite(Joint::ElbowLeft), "{none} passed for a confidence");
+            assert!(finite(Joint::WristLeft) && finite(Joint::ShoulderLeft));
+        }
     }
 
     #[test]

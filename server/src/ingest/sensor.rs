@@ -13,8 +13,6 @@ use tokio_util::sync::CancellationToken;
 pub(crate) enum Refusal {
     /// An array's length does not fit the joint set.
     WrongLength,
-    /// A confidence is no share.
-    BadConfidence,
     /// More bodies than any tracker gives.
     TooManyBodies,
     /// Something else is wrong with the message.
@@ -26,9 +24,8 @@ pub(crate) enum Refusal {
 }
 
 impl Refusal {
-    pub(crate) const ALL: [Self; 6] = [
+    pub(crate) const ALL: [Self; 5] = [
         Self::WrongLength,
-        Self::BadConfidence,
         Self::TooManyBodies,
         Self::Malformed,
         Self::Duplicate,
@@ -39,7 +36,6 @@ impl Refusal {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::WrongLength => "wrong-length",
-            Self::BadConfidence => "bad-confidence",
             Self::TooManyBodies => "too-many-bodies",
             Self::Malformed => "malformed",
             Self::Duplicate => "duplicate",
@@ -52,7 +48,6 @@ impl From<&WireError> for Refusal {
     fn from(error: &WireError) -> Self {
         match error {
             WireError::Length { .. } => Self::WrongLength,
-            WireError::Confidence { .. } => Self::BadConfidence,
             WireError::TooManyBodies { .. } => Self::TooManyBodies,
             _ => Self::Malformed,
         }

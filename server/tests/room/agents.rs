@@ -191,17 +191,17 @@ async fn bad_frames_and_joints_are_counted_and_the_rest_is_used() {
     agent.frame(13, vec![broken]).await;
     agent.acked(13).await;
     let status = status_when(&mut room, |s| {
-        s.sensors[0].rejected.contains_key("non-finite")
+        s.sensors[0].rejected.get("non-finite") == Some(&2)
     })
     .await;
     let rejected = &status.sensors[0].rejected;
-    for reason in [
-        "wrong-length",
-        "bad-confidence",
-        "too-many-bodies",
-        "non-finite",
+    // One joint for its confidence, one for its position.
+    for (reason, count) in [
+        ("wrong-length", 1),
+        ("too-many-bodies", 1),
+        ("non-finite", 2),
     ] {
-        assert_eq!(rejected.get(reason), Some(&1), "{reason}: {rejected:?}");
+        assert_eq!(rejected.get(reason), Some(&count), "{reason}: {rejected:?}");
     }
     assert!(
         status.sensors[0]
