@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use posefuse_calibration::{Options, Verdict, Walk, WalkBody, WalkFrame, WalkJoint, solve};
 use posefuse_simulator::{Layout, Scenario, SimSensor, World};
-use posefuse_skeleton::{JointSet, Position, Timestamp};
+use posefuse_skeleton::{JointSet, Position, Room, Sensor, Timestamp, Transform};
 
 fn record(world: &Arc<World>, seconds: f64) -> Walk {
     let mut walk = Walk::default();
@@ -105,5 +105,36 @@ fn simulated_rooms_are_calibrated() {
             worst * 1e3
         );
         assert!(median < 0.04, "{all:?}");
+    }
+}
+
+#[test]
+fn a_lone_simulated_sensor_is_laid_on_its_floor() {
+    for seed in 1..=6 {
+        let scenario = Scenario {
+            seed,
+            sensors: 1,
+            ..Scenario::default()
+        };
+        let world = Arc::new(World::new(&scenario).unwrap());
+        let solution = solve(&record(&world, 20.0), &Options::default()).unwrap();
+        let found = solution.calibration.sensors[world.sensor_name(0)].room_from_sensor;
+        let truth = world.room_from_sensor(0);
+        let up = |pose: &Transform<Room, Sensor>| pose.inverse().rotate(nalgebra::Vector3::z());
+        let tilt = up(&found).angle(&up(&truth)).to_degrees();
+        let height = found.origin().vector().z - truth.origin().vector().z;
+        println!(
+            "seed {seed}: {}, tilted by {tilt:.2} degrees, {:.0} mm too high",
+            solution.report.verdict,
+            height * 1e3
+        );
+        for reason in &solution.report.reasons {
+            println!("    {}: {}", reason.severity, reason.what);
+        }
+        assert!(solution.report.verdict < Verdict::Failed);
+        assert!(
+            tilt < 3.0 && height.abs() < 0.1,
+            "{tilt} degrees, {height} m"
+        );
     }
 }

@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 use posefuse_fusion::{
-    Config, Engine, FuseMethod, Input, IntakeMode, SmoothConfig, SmoothFilter, Stage,
+    BUILD, Config, Engine, FuseMethod, Input, IntakeMode, SmoothConfig, SmoothFilter,
+    SnapshotError, Stage,
 };
 use posefuse_simulator::{Scenario, SensorErrors, World};
 use posefuse_skeleton::{
@@ -287,6 +288,21 @@ fn equal_inputs_give_equal_bits_and_a_restored_engine_goes_on_as_if_nothing_had_
                 .contains("another configuration")
         );
     }
+}
+
+#[test]
+fn a_snapshot_of_other_code_is_refused() {
+    let mut snapshot = Engine::new(Config::default()).state().unwrap();
+    let build = BUILD.as_bytes();
+    let at = snapshot
+        .windows(build.len())
+        .position(|bytes| bytes == build);
+    // The fingerprint's last digit.
+    let digit = &mut snapshot[at.unwrap() + build.len() - 2];
+    *digit = if *digit == b'0' { b'1' } else { b'0' };
+    let error = Engine::restore(Config::default(), &snapshot).unwrap_err();
+    assert!(matches!(error, SnapshotError::OtherBuild(_)), "{error}");
+    assert!(error.to_string().contains(BUILD), "{error}");
 }
 
 #[test]
