@@ -49,18 +49,13 @@ pub(crate) fn summary(view: &CalibrationView) -> anyhow::Result<()> {
         .iter()
         .map(|s| s.residual_median_mm)
         .fold(f64::NAN, f64::max);
-    line(if worst.is_finite() {
-        format!(
-            "calibration {verdict}: {} {} to {worst:.0} mm (median)",
-            output::sensors(view.sensors.len()),
-            if view.sensors.len() == 1 {
-                "agrees"
-            } else {
-                "agree"
-            },
-        )
-    } else {
-        format!("calibration {verdict}")
+    line(match view.sensors.len() {
+        0 => format!("calibration {verdict}"),
+        1 => format!("calibration {verdict}: one sensor, laid on the floor"),
+        n => format!(
+            "calibration {verdict}: {} agree to {worst:.0} mm (median)",
+            output::sensors(n)
+        ),
     })?;
     for reason in view.reasons.iter().take(REASONS) {
         line(format!("  - {reason}"))?;

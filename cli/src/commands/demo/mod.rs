@@ -144,7 +144,7 @@ impl Show {
         if !args.no_browser && !browser::open(&self.url) {
             note("no browser could be opened here; open the address above yourself");
         }
-        if !args.no_calibrate && args.sensors > 1 {
+        if !args.no_calibrate {
             tokio::select! {
                 calibrated = self.calibrate(&mut room, args, global, stop) => calibrated?,
                 ended = fleet.any_ended() => return Err(ended.error),
