@@ -5,6 +5,8 @@ use std::net::{Ipv4Addr, SocketAddr};
 use posefuse_fusion::{ConfigError, parse_toml};
 use serde::{Deserialize, Serialize};
 
+use crate::commented::commented;
+
 /// Everything a server can be told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -53,10 +55,10 @@ impl Config {
         Ok(config)
     }
 
-    /// The configuration as TOML; [`Config::from_toml`] gives it back.
+    /// The configuration as TOML, each key with a comment; [`Config::from_toml`] gives it back.
     pub fn to_toml(&self) -> String {
         // Plain data with string keys always has a TOML form.
-        toml::to_string(self).unwrap_or_default()
+        commented(&toml::to_string(self).unwrap_or_default())
     }
 
     /// Checks every number.

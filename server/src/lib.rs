@@ -17,6 +17,7 @@
 //! Not here: a system clock, file or socket outside [`SystemClock`], [`Parts::system`] and [`bind`], so that a
 //! simulated network can run the same server; randomness, anywhere; a logger (events go out through `tracing`).
 
+mod commented;
 mod config;
 mod error;
 mod fusion_thread;

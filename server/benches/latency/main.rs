@@ -238,20 +238,12 @@ async fn load() {
     room.start_take(v1::StartTakeRequest::default())
         .await
         .unwrap();
-    let mut frames = room
+    let frames = room
         .watch(v1::WatchRequest::default())
         .await
         .unwrap()
         .into_inner();
-    let watching = tokio::spawn(async move {
-        let (mut last, mut missing, mut count) = (None, 0, 0_u64);
-        while let Ok(Some(frame)) = frames.message().await {
-            missing += last.map_or(0, |last| frame.number - last - 1);
-            last = Some(frame.number);
-            count += 1;
-        }
-        (count, missing)
-    });
+    let watching = tokio::spawn(watch(frames));
     let (began, busy) = (Instant::now(), cpu::Usage::now());
     let sending: Vec<_> = agents
         .into_iter()
@@ -266,16 +258,10 @@ async fn load() {
         began.elapsed().as_secs_f64(),
         cpu::Usage::now().since(&busy),
     );
-    let status = room
-        .get_status(v1::GetStatusRequest {})
-        .await
-        .unwrap()
-        .into_inner();
-    let take = room
-        .stop_take(v1::StopTakeRequest {})
-        .await
-        .unwrap()
-        .into_inner();
+    let status = room.get_status(v1::GetStatusRequest {}).await;
+    let status = status.unwrap().into_inner();
+    let take = room.stop_take(v1::StopTakeRequest {}).await;
+    let take = take.unwrap().into_inner();
     let received: u64 = status.sensors.iter().map(|s| s.frames_received).sum();
     let lost: u64 = status.sensors.iter().map(|s| s.frames_lost).sum();
     let queue_full: u64 = status
@@ -301,6 +287,17 @@ async fn load() {
         percent(used.recorder_s),
         percent(used.all_s)
     );
+}
+
+/// How many fused frames came, and how many were missing.
+async fn watch(mut frames: tonic::Streaming<v1::RoomFrame>) -> (u64, u64) {
+    let (mut last, mut missing, mut count) = (None, 0, 0_u64);
+    while let Ok(Some(frame)) = frames.message().await {
+        missing += last.map_or(0, |last| frame.number - last - 1);
+        last = Some(frame.number);
+        count += 1;
+    }
+    (count, missing)
 }
 
 async fn send_30_hz(mut agent: fixture::Agent, index: usize) -> u64 {

@@ -67,8 +67,9 @@ pub(crate) struct Progress {
     pub(crate) frames: AtomicU64,
     pub(crate) people: AtomicU64,
     pub(crate) bytes: AtomicU64,
-    /// Inputs dropped because the queue was full.
+    /// Inputs dropped because the queue was full, and everything else: frames, rejections, events.
     pub(crate) dropped: AtomicU64,
+    pub(crate) dropped_outputs: AtomicU64,
 }
 
 /// The sending side of a take.
@@ -103,12 +104,34 @@ impl RecorderTap {
             }
             Err(mpsc::error::TrySendError::Full(record)) => {
                 self.counters.recorder.drop_one();
-                if matches!(record, Record::Input(_)) {
-                    self.progress.dropped.fetch_add(1, Ordering::Relaxed);
-                }
+                let dropped = match record {
+                    Record::Input(_) => &self.progress.dropped,
+                    _ => &self.progress.dropped_outputs,
+                };
+                dropped.fetch_add(1, Ordering::Relaxed);
                 true
             }
             Err(mpsc::error::TrySendError::Closed(_)) => false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_finds_no_room_is_counted_by_what_it_was() {
+        let (progress, counters) = (Arc::new(Progress::default()), Arc::default());
+        let (tap, records) = RecorderTap::new(1, progress.clone(), counters);
+        let input = || Record::Input(Input::Tick(Timestamp::ZERO));
+        assert!(tap.offer(input()) && tap.offer(input()));
+        let event = Record::Event(Event::default());
+        assert!(tap.offer(event));
+        let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        assert_eq!(count(&progress.dropped), 1);
+        assert_eq!(count(&progress.dropped_outputs), 1);
+        drop(records);
+        assert!(!tap.offer(input()));
     }
 }

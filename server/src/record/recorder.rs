@@ -72,7 +72,7 @@ pub(crate) fn start(
         let mut recorder = Recorder {
             writer,
             progress,
-            told_dropped: 0,
+            told: [0; 2],
         };
         let trouble = recorder.run(records, &*clock).await.err();
         recorder.finish(&name, trouble)
@@ -83,8 +83,8 @@ pub(crate) fn start(
 struct Recorder {
     writer: TakeWriter,
     progress: Arc<Progress>,
-    /// Dropped inputs the writer has been told of.
-    told_dropped: u64,
+    /// Dropped inputs, and dropped outputs, the writer has been told of.
+    told: [u64; 2],
 }
 
 impl Recorder {
@@ -101,6 +101,7 @@ impl Recorder {
                 biased;
                 taken = records.recv_many(&mut batch, BATCH) => {
                     if taken == 0 {
+                        self.note_dropped();
                         return Ok(());
                     }
                     for record in batch.drain(..) {
@@ -133,14 +134,17 @@ impl Recorder {
     }
 
     fn note_dropped(&mut self) {
-        let dropped = self.progress.dropped.load(Ordering::Relaxed);
-        let new = dropped - self.told_dropped;
-        if new == 0 {
+        let progress = &self.progress;
+        let dropped = [&progress.dropped, &progress.dropped_outputs]
+            .map(|count| count.load(Ordering::Relaxed));
+        let [inputs, outputs] = [dropped[0] - self.told[0], dropped[1] - self.told[1]];
+        if inputs + outputs == 0 {
             return;
         }
-        self.told_dropped = dropped;
-        self.writer.dropped(new);
-        tracing::warn!(new, "inputs could not be recorded: the disk is too slow");
+        self.told = dropped;
+        self.writer.dropped(inputs);
+        self.writer.dropped_outputs(outputs);
+        tracing::warn!(inputs, outputs, "not recorded: the disk is too slow");
     }
 
     fn finish(self, name: &str, trouble: Option<TakeError>) -> TakeInfo {

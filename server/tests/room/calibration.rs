@@ -279,11 +279,11 @@ async fn a_calibration_and_a_take_never_overlap() {
         };
         let (mut one, mut other) = (room.clone(), room.clone());
         let setting = async {
-            tokio::time::sleep(Duration::from_micros(50 * (round % 12))).await;
+            tokio::time::sleep(Duration::from_micros(100 * (round % 6))).await;
             one.set_calibration(change).await
         };
         let starting = async {
-            tokio::time::sleep(Duration::from_micros(50 * (round / 12))).await;
+            tokio::time::sleep(Duration::from_micros(300 * (round / 6))).await;
             other.start_take(v1::StartTakeRequest::default()).await
         };
         let (set, started) = tokio::join!(setting, starting);

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use posefuse_proto::v1::room_client::RoomClient;
 use posefuse_proto::v1::{self, TakeState, replay_event};
 use posefuse_server::{Parts, ServerError};
 use posefuse_session::{DiskStorage, MemoryStorage, Storage, TakeReader, Topic};
 use tonic::Code;
+use tonic::transport::Channel;
 
 use crate::fixture::{
     Server, assert_refused, calibrated, config, memory, start, start_with, status_when,
@@ -40,21 +42,7 @@ async fn a_take_is_recorded_listed_renoted_and_replayed() {
         (begun.name.as_str(), begun.state()),
         ("walk", TakeState::Recording)
     );
-    let again = room.start_take(v1::StartTakeRequest::default()).await;
-    assert_refused(
-        again,
-        Code::FailedPrecondition,
-        &["`walk`", "stop it first"],
-    );
-    let change = v1::SetCalibrationRequest {
-        calibration: Some(crate::fixture::calibration(&["left"])),
-    };
-    assert_refused(
-        room.set_calibration(change).await,
-        Code::FailedPrecondition,
-        &["take", "stop it"],
-    );
-
+    refused_while_recording(&mut room).await;
     agent.walk(0..100).await;
     agent.acked(99).await;
     let running = status_when(&mut room, |s| {
@@ -105,8 +93,32 @@ async fn a_take_is_recorded_listed_renoted_and_replayed() {
         reader.beginning().unwrap().0.is_some(),
         "the engine's state is missing"
     );
+    let comes_back = replayed(&mut room, "walk").await;
+    assert_eq!(comes_back, (take.frames, 100));
+    server.stop().await;
+}
+
+async fn refused_while_recording(room: &mut RoomClient<Channel>) {
+    let again = room.start_take(v1::StartTakeRequest::default()).await;
+    assert_refused(
+        again,
+        Code::FailedPrecondition,
+        &["`walk`", "stop it first"],
+    );
+    let change = v1::SetCalibrationRequest {
+        calibration: Some(crate::fixture::calibration(&["left"])),
+    };
+    assert_refused(
+        room.set_calibration(change).await,
+        Code::FailedPrecondition,
+        &["take", "stop it"],
+    );
+}
+
+/// Replays a take as fast as it goes; gives the numbers of fused frames and of observations.
+async fn replayed(room: &mut RoomClient<Channel>, name: &str) -> (u64, u64) {
     let request = v1::ReplayTakeRequest {
-        name: "walk".to_owned(),
+        name: name.to_owned(),
         ..Default::default()
     };
     let mut replay = room.replay_take(request).await.unwrap().into_inner();
@@ -124,8 +136,7 @@ async fn a_take_is_recorded_listed_renoted_and_replayed() {
             replay_event::Event::Start(_) => panic!("a second start"),
         }
     }
-    assert_eq!((frames, observations), (take.frames, 100));
-    server.stop().await;
+    (frames, observations)
 }
 
 #[tokio::test]
