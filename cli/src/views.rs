@@ -247,7 +247,7 @@ impl From<&v1::PairResidual> for PairView {
         Self {
             a: pair.a.clone(),
             b: pair.b.clone(),
-            before_mm: pair.before_median_m * 1e3,
+            before_mm: pair.before_rms_m * 1e3,
             after_mm: pair.after_median_m * 1e3,
             after_p95_mm: pair.after_p95_m * 1e3,
             samples: pair.samples,

@@ -937,7 +937,8 @@ pub struct CalibrateResult {
     #[prost(message, repeated, tag = "5")]
     pub pairs: ::prost::alloc::vec::Vec<PairResidual>,
 }
-/// How far two sensors' joints lie apart on held-out frames, before and after.
+/// How far two sensors' joints lie apart on held-out frames: before, both sensors taken to stand in the same place;
+/// after, under the calibration.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct PairResidual {
     #[prost(string, tag = "1")]
@@ -945,7 +946,7 @@ pub struct PairResidual {
     #[prost(string, tag = "2")]
     pub b: ::prost::alloc::string::String,
     #[prost(double, tag = "3")]
-    pub before_median_m: f64,
+    pub before_rms_m: f64,
     #[prost(double, tag = "4")]
     pub after_median_m: f64,
     #[prost(double, tag = "5")]

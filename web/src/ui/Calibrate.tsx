@@ -177,8 +177,8 @@ function Result({ result }: { result: CalibrateResult }) {
           <thead>
             <tr>
               <th scope="col">Pair</th>
-              <th scope="col" class="num">Before</th>
-              <th scope="col" class="num">After</th>
+              <th scope="col" class="num">Before (RMS)</th>
+              <th scope="col" class="num">After (median)</th>
               <th scope="col" class="num">95 %</th>
               <th scope="col" class="num">Samples</th>
             </tr>
@@ -189,7 +189,7 @@ function Result({ result }: { result: CalibrateResult }) {
                 <th scope="row">
                   {p.a} – {p.b}
                 </th>
-                <td class="num">{mm(p.beforeMedianM)}</td>
+                <td class="num">{mm(p.beforeRmsM)}</td>
                 <td class="num strong">{mm(p.afterMedianM)}</td>
                 <td class="num">{mm(p.afterP95M)}</td>
                 <td class="num">{count(p.samples)}</td>
