@@ -187,3 +187,33 @@ fn a_taken_port_is_replaced_and_said() {
         done.err
     );
 }
+
+#[test]
+fn a_server_that_dies_is_said_and_so_is_what_becomes_of_the_take() {
+    let user = User::new();
+    let demo = user.start(&[
+        "demo",
+        "--no-browser",
+        "--no-calibrate",
+        "--seconds",
+        "600",
+        "--sensors",
+        "2",
+        "--listen",
+        "127.0.0.1:0",
+    ]);
+    demo.wait_for("recording `");
+    let is_server = |id: &u32| {
+        let line = std::fs::read_to_string(format!("/proc/{id}/cmdline")).unwrap_or_default();
+        line.split('\0').nth(1) == Some("server")
+    };
+    let server = demo.children().into_iter().find(is_server).unwrap();
+    let id = rustix::process::Pid::from_raw(server as i32).unwrap();
+    rustix::process::kill_process(id, Signal::KILL).unwrap();
+    let (code, printed) = demo.ended(Duration::from_secs(20));
+    assert_eq!(code, Some(1), "{printed}");
+    assert!(
+        printed.contains("posefuse takes recover") && printed.contains("repaired"),
+        "{printed}"
+    );
+}

@@ -198,3 +198,32 @@ fn an_agent_waits_for_its_server_and_a_lost_take_is_reported() {
     let watch = user.run(&["watch", "--server", &port]);
     assert_eq!(watch.code, 1, "{watch:?}");
 }
+
+#[test]
+fn before_a_calibration_a_take_holds_no_fused_frame_and_refuse_says_what_to_do() {
+    let user = User::new();
+    let server = user.server();
+    let agents = agents(&user, &server, &["left", "right"]);
+    wait_for_sensors(&user, &server, 2);
+    let doctor = user
+        .run(&["doctor", "--json", "--server", &server.url])
+        .json();
+    let findings = doctor["findings"].as_array().unwrap();
+    let calibration = findings.iter().find(|f| f["what"] == "calibration");
+    let found = calibration.unwrap()["found"].as_str().unwrap();
+    assert!(found.contains("server has none in force"), "{found}");
+
+    let record = ["record", "scene", "--seconds", "1", "--server", &server.url];
+    assert_eq!(user.run(&record).code, 0);
+    drop(agents);
+    let refused = user.run(&["refuse", "scene"]);
+    assert!(!refused.out.contains("identical"), "{refused:?}");
+    for part in [
+        "no frame was fused",
+        "no calibration in it",
+        "posefuse calibrate --from scene --out room.toml",
+        "posefuse refuse scene --calibration room.toml",
+    ] {
+        assert!(refused.out.contains(part), "no `{part}` in {refused:?}");
+    }
+}
