@@ -89,17 +89,13 @@ fn troubles(room: &Room, sensors: &[v1::SensorStatus]) -> Vec<String> {
 
 /// That sensors are connected, but nobody knows where they stand.
 fn no_calibration(sensors: &[v1::SensorStatus]) -> Option<String> {
-    let is_connected = |sensor: &&v1::SensorStatus| sensor.state() != v1::SensorState::Disconnected;
-    let first = match sensors.iter().filter(is_connected).count() {
-        0 => return None,
-        // Calibration relates sensors to each other.
-        1 => "connect a second sensor, then ",
-        _ => "",
-    };
-    Some(format!(
-        "no calibration: nobody knows where the sensors stand, so nothing is fused; {first}{}",
-        calibration::REMEDY
-    ))
+    let is_connected = |sensor: &v1::SensorStatus| sensor.state() != v1::SensorState::Disconnected;
+    sensors.iter().any(is_connected).then(|| {
+        format!(
+            "no calibration: nobody knows where the sensors stand, so nothing is fused; {}",
+            calibration::REMEDY
+        )
+    })
 }
 
 /// The status now, then whenever it has changed, at most `max_rate_hz` times and at least once a second.

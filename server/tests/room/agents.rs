@@ -273,7 +273,7 @@ async fn before_a_calibration_the_room_has_a_trouble_and_the_sensor_no_refusals(
     agent.walk(0..40).await;
     let status = status_when(&mut room, |s| s.sensors[0].frames_received == 40).await;
     assert!(
-        status.troubles[0].contains("connect a second sensor"),
+        status.troubles[0].contains("posefuse calibrate"),
         "{status:?}"
     );
     let shown = |s: &v1::RoomStatus| s.sensors[0].rejected.get("uncalibrated").copied();
