@@ -14,7 +14,7 @@ use crate::room::{self, ServerOption};
 use crate::views::FrameView;
 use crate::{output, shutdown, values};
 
-/// How long nothing may come before the reason is said.
+/// How long the first frame may take before the reason is said.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Print the fused people as they move, one line a frame; with --json one JSON object a frame
@@ -58,6 +58,7 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
             anyhow::bail!("the server ended the stream; it is stopping");
         };
         let frame = room_frame_from_wire(&frame).context("a frame of the server")?;
+        patience = None;
         if sensors(&frame).any(|index| name(&status, index).is_none()) {
             // A sensor that joined since: ask once for its name.
             if let Ok(newer) = client.get_status(GetStatusRequest {}).await {
