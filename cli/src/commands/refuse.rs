@@ -22,7 +22,7 @@ use crate::{output, progress};
 pub(crate) struct RefuseArgs {
     /// The take: its name or its file
     take: PathBuf,
-    /// Other settings: a server's configuration, whose [fusion] part is used
+    /// Other settings: a server's configuration, whose `[fusion]` part is used
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Another calibration, e.g. from `posefuse calibrate --from TAKE --out FILE`

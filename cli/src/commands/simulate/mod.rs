@@ -61,7 +61,7 @@ pub(crate) struct SimulateArgs {
     /// How long the simulated walk for the calibration is
     #[arg(long, value_name = "S", default_value = "40", value_parser = values::seconds, conflicts_with = "true_calibration")]
     walk: f64,
-    /// Settings: a server's configuration, whose [fusion] part is used
+    /// Settings: a server's configuration, whose `[fusion]` part is used
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     #[command(flatten)]
