@@ -280,7 +280,11 @@ impl Agent {
     fn refuse(&self, refusal: Refusal, now: Timestamp, what: String) {
         let sensor = &self.joined.sensor;
         sensor.count_refused(refusal);
-        tracing::debug!(sensor = %sensor.name(), reason = refusal.name(), what, "a frame was refused");
+        // The first, second, fourth, eighth ... of a kind: a tracker that is wrong all the time does not flood the log.
+        let (name, reason, count) = (sensor.name(), refusal.name(), sensor.refused(refusal));
+        if count.is_power_of_two() {
+            tracing::warn!(sensor = %name, reason, count, "a frame was refused: {what}");
+        }
         sensor.greeting().last_refusal = Some((now, what));
     }
 }

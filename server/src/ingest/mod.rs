@@ -66,7 +66,8 @@ impl v1::ingest_server::Ingest for IngestService {
         &self,
         request: Request<Streaming<v1::AgentMessage>>,
     ) -> Result<Response<Downlink>, Status> {
-        let peer = request.extensions().get::<Peer>().copied();
+        let peer = request.extensions().get::<Peer>();
+        let peer = peer.map_or_else(String::new, |Peer(address)| address.to_string());
         let mut up = request.into_inner();
         let hello = tokio::select! {
             hello = first_message(&mut up) => hello?,
@@ -80,9 +81,12 @@ impl v1::ingest_server::Ingest for IngestService {
         let joined = self
             .registry
             .join(&hello, &self.inputs, self.clock.as_ref(), &self.stop)
-            .await?;
+            .await
+            .inspect_err(|status| {
+                tracing::warn!(peer, "an agent was refused: {}", status.message())
+            })?;
         tracing::info!(
-            sensor = %joined.sensor.name(), id = %joined.sensor.id(), peer = ?peer.map(|Peer(address)| address),
+            sensor = %joined.sensor.name(), id = %joined.sensor.id(), peer,
             model = %hello.model, joint_set = %hello.joint_set, "an agent joined"
         );
         let (agent, downlink) = Agent::new(joined, self);
