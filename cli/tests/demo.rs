@@ -8,6 +8,19 @@ use std::time::Duration;
 use common::{User, still_running_after};
 use rustix::process::Signal;
 
+/// A demo of three processes that records until it is ended.
+const LONG_DEMO: [&str; 9] = [
+    "demo",
+    "--no-browser",
+    "--no-calibrate",
+    "--seconds",
+    "600",
+    "--sensors",
+    "2",
+    "--listen",
+    "127.0.0.1:0",
+];
+
 #[test]
 fn runs_by_itself_calibrates_and_leaves_a_take_that_reads_back() {
     let user = User::new();
@@ -69,18 +82,7 @@ fn runs_by_itself_calibrates_and_leaves_a_take_that_reads_back() {
 fn ctrl_c_ends_everything_in_order_and_the_take_is_whole() {
     for signal in [Signal::INT, Signal::TERM] {
         let user = User::new();
-        let arguments = [
-            "demo",
-            "--no-browser",
-            "--no-calibrate",
-            "--seconds",
-            "600",
-            "--sensors",
-            "2",
-            "--listen",
-            "127.0.0.1:0",
-        ];
-        let demo = user.start(&arguments);
+        let demo = user.start(&LONG_DEMO);
         demo.wait_for("recording `");
         let children = demo.children();
         assert_eq!(children.len(), 3);
@@ -133,18 +135,7 @@ fn ctrl_c_while_it_calibrates_is_clean_too() {
 #[test]
 fn children_do_not_outlive_a_killed_parent_and_the_take_survives() {
     let user = User::new();
-    let arguments = [
-        "demo",
-        "--no-browser",
-        "--no-calibrate",
-        "--seconds",
-        "600",
-        "--sensors",
-        "2",
-        "--listen",
-        "127.0.0.1:0",
-    ];
-    let demo = user.start(&arguments);
+    let demo = user.start(&LONG_DEMO);
     demo.wait_for("recording `");
     let children = demo.children();
     assert_eq!(children.len(), 3);
