@@ -78,6 +78,7 @@ fn single_shot(walk: &Walk) -> Calibration {
             residual_median_m: 0.0,
             residual_p95_m: 0.0,
             samples: pairs.len() as u64,
+            ..SensorPose::default()
         };
         sensors.insert(sensor.name.clone(), pose);
     }
@@ -86,5 +87,6 @@ fn single_shot(walk: &Walk) -> Calibration {
         method: "single-shot".to_owned(),
         floor: FloorSource::Assumed,
         sensors,
+        ..Calibration::default()
     }
 }

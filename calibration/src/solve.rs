@@ -192,6 +192,7 @@ fn calibration(
             residual_median_m: row.median_mm * 1e-3,
             residual_p95_m: row.p95_mm * 1e-3,
             samples: row.solved_samples,
+            ..SensorPose::default()
         };
         (row.name.clone(), pose)
     };
@@ -200,5 +201,6 @@ fn calibration(
         method: if rows.len() > 1 { "svd" } else { "floor" }.to_owned(),
         floor: floor.row.source,
         sensors: rows.iter().zip(evidence.placed).map(pose).collect(),
+        ..Calibration::default()
     }
 }

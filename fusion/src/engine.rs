@@ -95,6 +95,7 @@ impl Engine {
             Input::Observation(observation) => self.observe(observation),
             Input::ClockSample(sample) => self.probe(&sample),
             Input::Calibration(calibration) => self.calibrate(calibration),
+            Input::Mute { sensor, muted } => self.mute(sensor, muted),
             Input::Tick(now) => self.advance(now),
         }
         self.make_frames();
@@ -160,6 +161,15 @@ impl Engine {
         self.note_origins();
     }
 
+    fn mute(&mut self, id: SensorId, muted: bool) {
+        if let Some(sensor) = self.sensor_mut(id) {
+            sensor.muted = muted;
+            if muted {
+                self.state.people.forget_sensor(id);
+            }
+        }
+    }
+
     fn probe(&mut self, sample: &ClockSample) {
         self.advance(sample.returned);
         let config = self.config.clock;
@@ -210,7 +220,7 @@ impl Engine {
         for (total, new) in sensor.rejected.iter_mut().zip(rejected) {
             *total = total.saturating_add(new);
         }
-        if !fresh {
+        if !fresh || sensor.muted {
             return;
         }
         let origin = place.room_from_sensor.origin().vector();

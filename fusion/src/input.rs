@@ -16,6 +16,13 @@ pub enum Input {
     ClockSample(ClockSample),
     /// These sensor poses are in force from now on.
     Calibration(Arc<Calibration>),
+    /// A sensor is left out of fusing from now on, or taken in again.
+    Mute {
+        /// Which sensor.
+        sensor: SensorId,
+        /// Left out.
+        muted: bool,
+    },
     /// It is this late now. Sent when the deadline of the last `Output::WakeAt` has come.
     Tick(Timestamp),
 }

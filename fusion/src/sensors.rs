@@ -49,6 +49,8 @@ pub(crate) struct SensorState {
     pub(crate) info: SensorInfo,
     pub(crate) clock: ClockFilter,
     pub(crate) place: Option<Place>,
+    /// Left out of fusing by a person.
+    pub(crate) muted: bool,
     pub(crate) frames: u64,
     pub(crate) used: u64,
     pub(crate) rejected: [u64; REASONS],
@@ -65,6 +67,7 @@ impl SensorState {
             info,
             clock: ClockFilter::default(),
             place: None,
+            muted: false,
             frames: 0,
             used: 0,
             rejected: [0; REASONS],

@@ -80,6 +80,14 @@ impl Engine {
             .map(|sensor| Input::Sensor(sensor.info.clone()))
             .collect();
         inputs.extend(self.state.calibration.clone().map(Input::Calibration));
+        inputs.extend(
+            known()
+                .filter(|sensor| sensor.muted)
+                .map(|sensor| Input::Mute {
+                    sensor: sensor.info.id,
+                    muted: true,
+                }),
+        );
         let mut probes: Vec<ClockSample> = known()
             .flat_map(|sensor| sensor.clock.samples().copied())
             .collect();

@@ -116,6 +116,7 @@ fn input() -> impl Strategy<Value = Input> {
                         residual_median_m: x,
                         residual_p95_m: y,
                         samples: 0,
+                        ..SensorPose::default()
                     };
                     (format!("s{index}"), pose)
                 });
@@ -157,6 +158,7 @@ fn warm_up() -> Vec<Input> {
         residual_median_m: 0.0,
         residual_p95_m: 0.0,
         samples: 0,
+        ..SensorPose::default()
     };
     let sensors = (0..3).map(|index| (format!("s{index}"), pose.clone()));
     inputs.push(Input::Calibration(Arc::new(Calibration {

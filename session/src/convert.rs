@@ -21,6 +21,10 @@ pub fn input_to_bytes(input: &Input) -> Vec<u8> {
         Input::Observation(observation) => Wire::Observation(observation_to_wire(observation)),
         Input::ClockSample(sample) => Wire::ClockSample(clock_sample_to_wire(sample)),
         Input::Calibration(calibration) => Wire::Calibration(calibration_to_wire(calibration)),
+        Input::Mute { sensor, muted } => Wire::Mute(v1::SensorMute {
+            sensor: sensor.index() as u32,
+            muted: *muted,
+        }),
         Input::Tick(time) => Wire::TickNs(time.ns()),
     };
     v1::EngineInput { input: Some(wire) }.encode_to_vec()
@@ -104,6 +108,10 @@ fn engine_input(bytes: &[u8]) -> Result<Recorded, ContentError> {
         Wire::Observation(seen) => Input::Observation(observation_from_wire(&seen)?),
         Wire::ClockSample(sample) => Input::ClockSample(clock_sample_from_wire(&sample)?),
         Wire::Calibration(wire) => Input::Calibration(Arc::new(calibration_from_wire(&wire)?)),
+        Wire::Mute(wire) => Input::Mute {
+            sensor: SensorId::new(wire.sensor as usize).map_err(posefuse_proto::WireError::from)?,
+            muted: wire.muted,
+        },
         Wire::TickNs(ns) => Input::Tick(Timestamp::from_ns(ns)),
         Wire::State(v1::EngineState { build, state }) => {
             return Ok(Recorded::State(EngineState { build, state }));

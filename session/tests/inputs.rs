@@ -99,6 +99,7 @@ fn calibration() -> impl Strategy<Value = Input> {
             method,
             floor,
             sensors,
+            ..Calibration::default()
         }))
     })
 }

@@ -132,6 +132,7 @@ impl World {
                 residual_median_m: 0.0,
                 residual_p95_m: 0.0,
                 samples: 0,
+                ..SensorPose::default()
             };
             (mount.name.clone(), pose)
         };
@@ -140,6 +141,7 @@ impl World {
             method: "truth".to_owned(),
             floor: FloorSource::Manual,
             sensors: self.sensors.iter().map(pose).collect(),
+            ..Calibration::default()
         }
     }
 

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Room, Sensor, Transform};
+use crate::{JointMap, JointSet, Room, Sensor, Transform};
 
 /// The poses of a room's sensors, by sensor name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -15,8 +16,16 @@ pub struct Calibration {
     pub method: String,
     /// Where floor, up and heading came from.
     pub floor: FloorSource,
+    /// The verdict it got when it was made: `passed` or `weak`; empty where nobody judged it (typed or imported).
+    pub verdict: String,
     /// One pose per sensor.
     pub sensors: BTreeMap<String, SensorPose>,
+    /// How far trackers report each joint nearer to their sensor than it is, metres along the ray; a joint that is not
+    /// in it: unknown. The engine moves joints back by it.
+    pub ray_bias_m: JointMap<f64>,
+    /// Where each canonical joint lies from what the trackers of a joint set call by its name, metres, in the joint's
+    /// local axes. The engine adds it. A joint set or joint that is not in it is taken as it comes.
+    pub joint_offsets_m: BTreeMap<JointSet, JointMap<Vector3<f64>>>,
 }
 
 /// What the room's floor, origin and heading were taken from.
@@ -33,7 +42,7 @@ pub enum FloorSource {
 }
 
 /// One sensor's place in the room and how well it is known.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SensorPose {
     /// Takes points of the sensor's optical frame to the room.
     pub room_from_sensor: Transform<Room, Sensor>,
@@ -46,4 +55,17 @@ pub struct SensorPose {
     pub residual_p95_m: f64,
     /// Joint pairs that were used.
     pub samples: u64,
+    /// How well the pose and the offset are known; `None` where nobody said.
+    pub sigma: Option<PoseSigma>,
+}
+
+/// How well a sensor's pose is known beside the other sensors': standard deviations from the solver's posterior.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseSigma {
+    /// Root of the trace of the position's covariance, metres.
+    pub position_m: f64,
+    /// The same of the rotation, radians.
+    pub rotation_rad: f64,
+    /// Of the time offset, seconds.
+    pub time_s: f64,
 }

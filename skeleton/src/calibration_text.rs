@@ -11,7 +11,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::{Calibration, FloorSource, SensorPose, Transform};
+use crate::{
+    Calibration, FloorSource, Joint, JointMap, JointSet, PoseSigma, SensorPose, Transform,
+};
 
 /// The version this build writes and reads.
 const VERSION: i64 = 1;
@@ -21,6 +23,8 @@ const UNIT_TOLERANCE: f64 = 2e-3;
 const MAX_POSITION_M: f64 = 100.0;
 /// Largest time offset that a file may state, milliseconds.
 const MAX_OFFSET_MS: f64 = 10_000.0;
+/// No tracker's joint is further from where it should be, millimetres.
+const MAX_JOINT_OFFSET_MM: f64 = 500.0;
 
 /// A calibration file that is not taken. The calibration in force stays in force.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -52,6 +56,16 @@ pub enum CalibrationFileError {
         /// What it is.
         found: String,
     },
+    /// A joint offset that no body has.
+    #[error(
+        "joint `{joint}`: its offset must be within 500 mm of 0, found {found}; mend the value, or calibrate again"
+    )]
+    Joint {
+        /// The joint.
+        joint: String,
+        /// What it is.
+        found: String,
+    },
     /// No sensor in it.
     #[error("the calibration file names no sensor; calibrate again")]
     Empty,
@@ -68,7 +82,13 @@ struct File {
     method: String,
     floor: FloorSource,
     #[serde(default)]
+    verdict: String,
+    #[serde(default)]
     sensors: BTreeMap<String, Entry>,
+    #[serde(default)]
+    ray_bias_mm: BTreeMap<String, f64>,
+    #[serde(default)]
+    joint_offsets_mm: BTreeMap<JointSet, BTreeMap<String, [f64; 3]>>,
 }
 
 #[derive(Deserialize)]
@@ -84,6 +104,9 @@ struct Entry {
     residual_p95_mm: f64,
     #[serde(default)]
     samples: u64,
+    sigma_mm: Option<f64>,
+    sigma_deg: Option<f64>,
+    sigma_ms: Option<f64>,
 }
 
 /// The file's text. [`from_toml`] gives the same calibration back, poses to 1e-9.
@@ -103,10 +126,33 @@ pub fn to_toml(calibration: &Calibration) -> String {
         text,
         "version = {VERSION}\ncreated = {created}\nmethod = {method}\nfloor = \"{floor}\" # walk, manual or assumed\n"
     );
+    if !calibration.verdict.is_empty() {
+        let _ = writeln!(text, "verdict = {}", quoted(&calibration.verdict));
+    }
     for (name, pose) in &calibration.sensors {
         let _ = write_sensor(&mut text, name, pose);
     }
+    let _ = write_joints(&mut text, calibration);
     text
+}
+
+/// What the calibration says of joints, one table each.
+fn write_joints(text: &mut String, calibration: &Calibration) -> std::fmt::Result {
+    if !calibration.ray_bias_m.is_empty() {
+        *text += "\n# How far trackers report a joint nearer to their sensor than it is.\n[ray_bias_mm]\n";
+        for (joint, metres) in calibration.ray_bias_m.iter() {
+            writeln!(text, "{joint} = {:.6}", metres * 1e3)?;
+        }
+    }
+    for (set, offsets) in &calibration.joint_offsets_m {
+        *text += "\n# What is added to this joint set's joints, in their local axes.\n";
+        writeln!(text, "[joint_offsets_mm.{set}]")?;
+        for (joint, offset) in offsets.iter() {
+            let [x, y, z]: [f64; 3] = (offset * 1e3).into();
+            writeln!(text, "{joint} = [{x:.6}, {y:.6}, {z:.6}]")?;
+        }
+    }
+    Ok(())
 }
 
 fn write_sensor(text: &mut String, name: &str, pose: &SensorPose) -> std::fmt::Result {
@@ -145,6 +191,16 @@ fn write_sensor(text: &mut String, name: &str, pose: &SensorPose) -> std::fmt::R
         pose.residual_median_m * 1e3,
         pose.residual_p95_m * 1e3,
         pose.samples
+    )?;
+    let Some(sigma) = pose.sigma else {
+        return Ok(());
+    };
+    writeln!(
+        text,
+        "sigma_mm = {:.6}\nsigma_deg = {:.6}\nsigma_ms = {:.6}",
+        sigma.position_m * 1e3,
+        sigma.rotation_rad.to_degrees(),
+        sigma.time_s * 1e3
     )
 }
 
@@ -184,8 +240,41 @@ pub fn from_toml(text: &str) -> Result<Calibration, CalibrationFileError> {
         created: file.created,
         method: file.method,
         floor: file.floor,
+        verdict: file.verdict,
         sensors,
+        ray_bias_m: joints(file.ray_bias_mm, |mm| mm * 1e-3, |mm| mm.abs())?,
+        joint_offsets_m: file
+            .joint_offsets_mm
+            .into_iter()
+            .map(|(set, offsets)| {
+                let metres = |mm| Vector3::from(mm) * 1e-3;
+                Ok((
+                    set,
+                    joints(offsets, metres, |mm| Vector3::from(*mm).norm())?,
+                ))
+            })
+            .collect::<Result<_, CalibrationFileError>>()?,
     })
+}
+
+/// A table by joint; `length_mm` of a value must be that of a body's part.
+fn joints<V: std::fmt::Debug, T>(
+    table: BTreeMap<String, V>,
+    value: impl Fn(V) -> T,
+    length_mm: impl Fn(&V) -> f64,
+) -> Result<JointMap<T>, CalibrationFileError> {
+    let entry = |(name, found): (String, V)| {
+        let joint: Joint = name.parse().map_err(CalibrationFileError::Syntax)?;
+        if length_mm(&found) <= MAX_JOINT_OFFSET_MM {
+            Ok((joint, value(found)))
+        } else {
+            Err(CalibrationFileError::Joint {
+                joint: name,
+                found: format!("{found:?}"),
+            })
+        }
+    };
+    table.into_iter().map(entry).collect()
 }
 
 /// The version comes first, so that an unknown key of a newer version is not taken for a typing error.
@@ -249,5 +338,27 @@ fn pose(sensor: &str, entry: &Entry) -> Result<SensorPose, CalibrationFileError>
         residual_median_m: entry.residual_median_mm * 1e-3,
         residual_p95_m: entry.residual_p95_mm * 1e-3,
         samples: entry.samples,
+        sigma: sigma(sensor, entry)?,
     })
+}
+
+/// The standard deviations, all three or none.
+fn sigma(sensor: &str, entry: &Entry) -> Result<Option<PoseSigma>, CalibrationFileError> {
+    let found = [entry.sigma_mm, entry.sigma_deg, entry.sigma_ms];
+    if found == [None; 3] {
+        return Ok(None);
+    }
+    match found.map(|value| value.filter(|value| (0.0..1e6).contains(value))) {
+        [Some(mm), Some(deg), Some(ms)] => Ok(Some(PoseSigma {
+            position_m: mm * 1e-3,
+            rotation_rad: deg.to_radians(),
+            time_s: ms * 1e-3,
+        })),
+        _ => Err(CalibrationFileError::Value {
+            sensor: sensor.to_owned(),
+            key: "sigma_mm, sigma_deg, sigma_ms",
+            expected: "all three there, each 0 or more, or none",
+            found: format!("{found:?}"),
+        }),
+    }
 }

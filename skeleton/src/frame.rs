@@ -122,6 +122,12 @@ pub struct Transform<To: Frame, From: Frame> {
     frames: PhantomData<(To, From)>,
 }
 
+impl<To: Frame, From: Frame> Default for Transform<To, From> {
+    fn default() -> Self {
+        Self::identity()
+    }
+}
+
 impl<To: Frame, From: Frame> fmt::Debug for Transform<To, From> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let t = &self.isometry.translation.vector;

@@ -15,7 +15,7 @@ mod skeleton;
 mod time;
 mod track;
 
-pub use calibration::{Calibration, FloorSource, SensorPose};
+pub use calibration::{Calibration, FloorSource, PoseSigma, SensorPose};
 pub use confidence::{Confidence, ConfidenceError};
 pub use frame::{Frame, Position, Room, Sensor, Transform};
 pub use joint::{BONES, Bone, JOINT_COUNT, Joint, SIDE_PAIRS};

@@ -19,12 +19,14 @@ fn calibration(position: [f64; 3], turn: [f64; 3], name: &str) -> Calibration {
         residual_median_m: 0.0234,
         residual_p95_m: 0.0617,
         samples: 51_234,
+        ..SensorPose::default()
     };
     Calibration {
         created: "2024-05-01T12:00:00Z".to_owned(),
         method: "svd".to_owned(),
         floor: FloorSource::Walk,
         sensors: BTreeMap::from([(name.to_owned(), pose)]),
+        ..Calibration::default()
     }
 }
 

@@ -1,10 +1,15 @@
 //! Calibrations and poses to and from the wire; a pose that is no rigid motion is refused.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use posefuse_skeleton::{Calibration, FloorSource, Frame, SensorPose, Transform};
+use posefuse_skeleton::{
+    Calibration, FloorSource, Frame, Joint, JointSet, PoseSigma, SensorPose, Transform,
+};
 
 use super::{WireError, check_sensor_name};
 use crate::v1;
+
+/// No tracker's joint is further from where it should be, metres.
+const MAX_JOINT_OFFSET_M: f64 = 0.5;
 
 /// A rigid motion as the wire says it.
 pub fn pose_to_wire<To: Frame, From: Frame>(to_from_from: &Transform<To, From>) -> v1::Pose {
@@ -76,13 +81,69 @@ pub fn calibration_to_wire(calibration: &Calibration) -> v1::Calibration {
         residual_median_m: pose.residual_median_m,
         residual_p95_m: pose.residual_p95_m,
         samples: pose.samples,
+        sigma: pose.sigma.map(|sigma| v1::PoseSigma {
+            position_m: sigma.position_m,
+            rotation_deg: sigma.rotation_rad.to_degrees(),
+            time_ms: sigma.time_s * 1e3,
+        }),
     };
     v1::Calibration {
         created: calibration.created.clone(),
         method: calibration.method.clone(),
         floor: floor.to_owned(),
         sensors: calibration.sensors.iter().map(pose).collect(),
+        verdict: calibration.verdict.clone(),
+        ray_bias: calibration
+            .ray_bias_m
+            .iter()
+            .map(|(joint, metres)| v1::RayBias {
+                joint: joint.name().to_owned(),
+                metres: *metres,
+            })
+            .collect(),
+        joint_offsets: joint_offsets_to_wire(calibration),
     }
+}
+
+fn joint_offsets_to_wire(calibration: &Calibration) -> Vec<v1::JointOffset> {
+    let sets = calibration.joint_offsets_m.iter();
+    sets.flat_map(|(set, offsets)| {
+        offsets.iter().map(|(joint, offset)| v1::JointOffset {
+            joint_set: set.name().to_owned(),
+            joint: joint.name().to_owned(),
+            offset: Some(v1::Vector3 {
+                x: offset.x,
+                y: offset.y,
+                z: offset.z,
+            }),
+        })
+    })
+    .collect()
+}
+
+/// What the calibration says of joints, checked.
+fn read_joints(wire: &v1::Calibration, calibration: &mut Calibration) -> Result<(), WireError> {
+    let length = |metres: f64| {
+        if metres.abs() <= MAX_JOINT_OFFSET_M {
+            Ok(metres)
+        } else {
+            Err(WireError::Joint(format!(
+                "an offset within 0.5 m of 0 is needed, found {metres}"
+            )))
+        }
+    };
+    let joint = |name: &str| name.parse::<Joint>().map_err(WireError::Joint);
+    for bias in &wire.ray_bias {
+        calibration.ray_bias_m[joint(&bias.joint)?] = Some(length(bias.metres)?);
+    }
+    for entry in &wire.joint_offsets {
+        let set: JointSet = entry.joint_set.parse().map_err(WireError::JointSet)?;
+        let offset = entry.offset.ok_or(WireError::Missing("offset"))?;
+        let offset = Vector3::new(length(offset.x)?, length(offset.y)?, length(offset.z)?);
+        let offsets = calibration.joint_offsets_m.entry(set).or_default();
+        offsets[joint(&entry.joint)?] = Some(offset);
+    }
+    Ok(())
 }
 
 /// A calibration from the wire, checked.
@@ -95,8 +156,10 @@ pub fn calibration_from_wire(wire: &v1::Calibration) -> Result<Calibration, Wire
             "assumed" => FloorSource::Assumed,
             _ => FloorSource::Walk,
         },
+        verdict: wire.verdict.clone(),
         ..Default::default()
     };
+    read_joints(wire, &mut calibration)?;
     for pose in &wire.sensors {
         check_sensor_name(&pose.sensor)?;
         let wire_pose = pose
@@ -109,6 +172,11 @@ pub fn calibration_from_wire(wire: &v1::Calibration) -> Result<Calibration, Wire
             residual_median_m: pose.residual_median_m,
             residual_p95_m: pose.residual_p95_m,
             samples: pose.samples,
+            sigma: pose.sigma.map(|sigma| PoseSigma {
+                position_m: sigma.position_m,
+                rotation_rad: sigma.rotation_deg.to_radians(),
+                time_s: sigma.time_ms * 1e-3,
+            }),
         };
         if calibration
             .sensors
@@ -139,12 +207,26 @@ mod tests {
             residual_median_m: 0.02,
             residual_p95_m: 0.05,
             samples: 100,
+            sigma: Some(PoseSigma {
+                position_m: 0.004,
+                rotation_rad: 0.25_f64.to_radians(),
+                time_s: 0.5 * 1e-3,
+            }),
         };
         Calibration {
             created: "2026-01-01T00:00:00Z".into(),
             method: "svd".into(),
             floor: FloorSource::Assumed,
+            verdict: "weak".into(),
             sensors: [("left".to_owned(), pose)].into(),
+            ray_bias_m: [(Joint::Head, 0.02)].into_iter().collect(),
+            joint_offsets_m: [(
+                JointSet::AzureKinect,
+                [(Joint::Neck, Vector3::new(0.0, 0.01, -0.03))]
+                    .into_iter()
+                    .collect(),
+            )]
+            .into(),
         }
     }
 

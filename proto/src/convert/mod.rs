@@ -51,6 +51,9 @@ pub enum WireError {
     /// A sensor's name cannot be used.
     #[error("sensor name `{0}`: use 1 to 64 of the letters a-z A-Z, digits, `.`, `_` and `-`")]
     SensorName(String),
+    /// What a calibration says of a joint cannot be.
+    #[error("joints of the calibration: {0}")]
+    Joint(String),
     /// A part of the message is missing.
     #[error("the message lacks `{0}`")]
     Missing(&'static str),

@@ -148,6 +148,38 @@ pub struct SensorPose {
     pub residual_p95_m: f64,
     #[prost(uint64, tag = "6")]
     pub samples: u64,
+    /// How well pose and offset are known; absent where nobody said.
+    #[prost(message, optional, tag = "7")]
+    pub sigma: ::core::option::Option<PoseSigma>,
+}
+/// Standard deviations from the solver's posterior: root of the trace of the covariance.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct PoseSigma {
+    #[prost(double, tag = "1")]
+    pub position_m: f64,
+    #[prost(double, tag = "2")]
+    pub rotation_deg: f64,
+    #[prost(double, tag = "3")]
+    pub time_ms: f64,
+}
+/// How far trackers report a joint nearer to their sensor than it is, along the ray.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RayBias {
+    /// The joint's name, e.g. WristLeft.
+    #[prost(string, tag = "1")]
+    pub joint: ::prost::alloc::string::String,
+    #[prost(double, tag = "2")]
+    pub metres: f64,
+}
+/// What is added to a joint as trackers of one joint set report it, metres, in the joint's local axes.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct JointOffset {
+    #[prost(string, tag = "1")]
+    pub joint_set: ::prost::alloc::string::String,
+    #[prost(string, tag = "2")]
+    pub joint: ::prost::alloc::string::String,
+    #[prost(message, optional, tag = "3")]
+    pub offset: ::core::option::Option<Vector3>,
 }
 /// The poses of a room's sensors.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -162,6 +194,13 @@ pub struct Calibration {
     pub floor: ::prost::alloc::string::String,
     #[prost(message, repeated, tag = "4")]
     pub sensors: ::prost::alloc::vec::Vec<SensorPose>,
+    /// passed or weak when it was made; empty where nobody judged it.
+    #[prost(string, tag = "5")]
+    pub verdict: ::prost::alloc::string::String,
+    #[prost(message, repeated, tag = "6")]
+    pub ray_bias: ::prost::alloc::vec::Vec<RayBias>,
+    #[prost(message, repeated, tag = "7")]
+    pub joint_offsets: ::prost::alloc::vec::Vec<JointOffset>,
 }
 /// Where the knowledge of a joint comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
@@ -719,6 +758,56 @@ pub struct SensorStatus {
     /// Frames the agent itself had to drop.
     #[prost(uint64, optional, tag = "19")]
     pub agent_dropped: ::core::option::Option<u64>,
+    /// Left out of fusing by a person.
+    #[prost(bool, tag = "20")]
+    pub muted: bool,
+    /// Whether it still stands where the calibration says; absent while nothing can be said.
+    #[prost(message, optional, tag = "21")]
+    pub drift: ::core::option::Option<Drift>,
+    /// Its part in the fused people over the last seconds; absent while nobody is seen.
+    #[prost(message, optional, tag = "22")]
+    pub contribution: ::core::option::Option<Contribution>,
+}
+/// One sensor against the fusion of the others.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct Drift {
+    /// Median distance over the last 10 s, and what it was when the calibration was made.
+    #[prost(double, tag = "1")]
+    pub residual_mm: f64,
+    #[prost(double, tag = "2")]
+    pub usual_mm: f64,
+    /// How far it seems to have moved since, and the standard deviations of that.
+    #[prost(double, tag = "3")]
+    pub moved_mm: f64,
+    #[prost(double, tag = "4")]
+    pub moved_deg: f64,
+    #[prost(double, tag = "5")]
+    pub moved_sigma_mm: f64,
+    #[prost(double, tag = "6")]
+    pub moved_sigma_deg: f64,
+    /// It has moved: to be calibrated anew.
+    #[prost(bool, tag = "7")]
+    pub alarm: bool,
+}
+/// A sensor's part in the fused people. Arrays hold 25 values, one a canonical joint.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Contribution {
+    /// Mean share of the weight that this sensor had in the joints it saw, 0 to 1.
+    #[prost(double, tag = "1")]
+    pub weight: f64,
+    /// Share of the joints it measured with trust that fusing all but ignored, because they contradict the others.
+    #[prost(double, tag = "2")]
+    pub rejected_share: f64,
+    /// Median distance to the fusion of the others, where there are others.
+    #[prost(double, optional, tag = "3")]
+    pub residual_mm: ::core::option::Option<f64>,
+    #[prost(float, repeated, tag = "4")]
+    pub joint_weights: ::prost::alloc::vec::Vec<f32>,
+    #[prost(float, repeated, tag = "5")]
+    pub joint_rejected_shares: ::prost::alloc::vec::Vec<f32>,
+    /// Negative: not known.
+    #[prost(float, repeated, tag = "6")]
+    pub joint_residuals_mm: ::prost::alloc::vec::Vec<f32>,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct RoomStatus {
@@ -876,7 +965,7 @@ pub struct ReplayStart {
 }
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct CalibrateRequest {
-    /// How long to gather; 0: 30.
+    /// How long to gather; 0: until the data suffice, 120 s at most.
     #[prost(double, tag = "1")]
     pub seconds: f64,
     /// Solve and report, but leave the calibration in force as it is.
@@ -906,6 +995,15 @@ pub struct CalibrateProgress {
     pub total_seconds: f64,
     #[prost(message, repeated, tag = "3")]
     pub sensors: ::prost::alloc::vec::Vec<SensorProgress>,
+    /// How much of what is needed has been seen, 0 to 1: that of the sensor that needs most. At 1 the walk may end.
+    #[prost(double, tag = "4")]
+    pub share: f64,
+    /// What to do next, in plain words; empty when nothing is missing.
+    #[prost(string, tag = "5")]
+    pub hint: ::prost::alloc::string::String,
+    /// The walk is over and is being solved.
+    #[prost(bool, tag = "6")]
+    pub solving: bool,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SensorProgress {
@@ -920,6 +1018,12 @@ pub struct SensorProgress {
     /// Frames that each other sensor shared with it.
     #[prost(map = "string, uint64", tag = "4")]
     pub shared: ::std::collections::HashMap<::prost::alloc::string::String, u64>,
+    /// How much of what is needed this sensor has seen, 0 to 1.
+    #[prost(double, tag = "5")]
+    pub share: f64,
+    /// The cells it has covered, two numbers each: right and ahead of the sensor, in cells of 0.5 m.
+    #[prost(sint32, repeated, tag = "6")]
+    pub covered: ::prost::alloc::vec::Vec<i32>,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct CalibrateResult {
@@ -936,6 +1040,34 @@ pub struct CalibrateResult {
     pub in_force: bool,
     #[prost(message, repeated, tag = "5")]
     pub pairs: ::prost::alloc::vec::Vec<PairResidual>,
+    #[prost(message, repeated, tag = "6")]
+    pub sensors: ::prost::alloc::vec::Vec<SensorResult>,
+    /// How far trackers place joints in front of where they are, mean over the joints; absent if not estimated.
+    #[prost(double, optional, tag = "7")]
+    pub ray_bias_mm: ::core::option::Option<f64>,
+}
+/// One sensor of a calibration, on held-out frames.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct SensorResult {
+    #[prost(string, tag = "1")]
+    pub sensor: ::prost::alloc::string::String,
+    #[prost(double, tag = "2")]
+    pub median_m: f64,
+    #[prost(double, tag = "3")]
+    pub p95_m: f64,
+    #[prost(uint64, tag = "4")]
+    pub samples: u64,
+    /// Added to its capture times.
+    #[prost(double, tag = "5")]
+    pub time_offset_ms: f64,
+    /// How fast its clock runs away from the others', where the walk was long enough to tell.
+    #[prost(double, optional, tag = "6")]
+    pub clock_drift_ppm: ::core::option::Option<f64>,
+    /// Its bone lengths over the median of all sensors'.
+    #[prost(double, tag = "7")]
+    pub bone_scale: f64,
+    #[prost(message, optional, tag = "8")]
+    pub sigma: ::core::option::Option<PoseSigma>,
 }
 /// How far two sensors' joints lie apart on held-out frames: before, both sensors taken to stand in the same place;
 /// after, under the calibration.
@@ -953,6 +1085,16 @@ pub struct PairResidual {
     pub after_p95_m: f64,
     #[prost(uint64, tag = "6")]
     pub samples: u64,
+    #[prost(double, tag = "7")]
+    pub before_median_m: f64,
+    /// Share of shared frames in which most joints agree, and in which left and right were exchanged between the two.
+    #[prost(double, tag = "8")]
+    pub agreeing_share: f64,
+    #[prost(double, tag = "9")]
+    pub mirrored_share: f64,
+    /// This pair holds the room together, and it is the weakest of those that do.
+    #[prost(bool, tag = "10")]
+    pub weakest: bool,
 }
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct GetCalibrationRequest {}
@@ -961,6 +1103,103 @@ pub struct SetCalibrationRequest {
     #[prost(message, optional, tag = "1")]
     pub calibration: ::core::option::Option<Calibration>,
 }
+#[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct ListCalibrationsRequest {}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ListCalibrationsResponse {
+    #[prost(message, repeated, tag = "1")]
+    pub calibrations: ::prost::alloc::vec::Vec<StoredCalibration>,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct StoredCalibration {
+    /// What to call it by.
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    #[prost(bool, tag = "2")]
+    pub in_force: bool,
+    /// Absent if it cannot be read.
+    #[prost(message, optional, tag = "3")]
+    pub calibration: ::core::option::Option<Calibration>,
+    #[prost(string, tag = "4")]
+    pub trouble: ::prost::alloc::string::String,
+}
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct RestoreCalibrationRequest {
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+}
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct CompareCalibrationsRequest {
+    /// Names from the list; empty: the one in force.
+    #[prost(string, tag = "1")]
+    pub before: ::prost::alloc::string::String,
+    #[prost(string, tag = "2")]
+    pub after: ::prost::alloc::string::String,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct CompareCalibrationsResponse {
+    #[prost(message, repeated, tag = "1")]
+    pub moves: ::prost::alloc::vec::Vec<SensorMove>,
+}
+/// How far a sensor stands from where another calibration has it, both rooms laid over each other as well as they fit.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct SensorMove {
+    #[prost(string, tag = "1")]
+    pub sensor: ::prost::alloc::string::String,
+    /// Absent: the sensor is in only one of the two.
+    #[prost(double, optional, tag = "2")]
+    pub moved_mm: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "3")]
+    pub moved_deg: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "4")]
+    pub moved_ms: ::core::option::Option<f64>,
+    /// In which it is missing, if it is: before or after.
+    #[prost(string, tag = "5")]
+    pub missing_in: ::prost::alloc::string::String,
+}
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct ExportCalibrationRequest {
+    /// From the list; empty: the one in force.
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    #[prost(enumeration = "CalibrationFormat", tag = "2")]
+    pub format: i32,
+}
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct CalibrationFile {
+    /// A name for the file.
+    #[prost(string, tag = "1")]
+    pub file_name: ::prost::alloc::string::String,
+    #[prost(string, tag = "2")]
+    pub text: ::prost::alloc::string::String,
+}
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct ImportCalibrationRequest {
+    #[prost(string, tag = "1")]
+    pub text: ::prost::alloc::string::String,
+    /// Unspecified: found out from the text.
+    #[prost(enumeration = "CalibrationFormat", tag = "2")]
+    pub format: i32,
+    /// Read and check it only.
+    #[prost(bool, tag = "3")]
+    pub dry_run: bool,
+}
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct RecalibrateSensorRequest {
+    #[prost(string, tag = "1")]
+    pub sensor: ::prost::alloc::string::String,
+    #[prost(bool, tag = "2")]
+    pub dry_run: bool,
+}
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct MuteSensorRequest {
+    #[prost(string, tag = "1")]
+    pub sensor: ::prost::alloc::string::String,
+    #[prost(bool, tag = "2")]
+    pub muted: bool,
+}
+#[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct MuteSensorResponse {}
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct GetConfigRequest {}
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
@@ -1068,6 +1307,44 @@ impl Verdict {
             "VERDICT_PASSED" => Some(Self::Passed),
             "VERDICT_WEAK" => Some(Self::Weak),
             "VERDICT_FAILED" => Some(Self::Failed),
+            _ => None,
+        }
+    }
+}
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum CalibrationFormat {
+    Unspecified = 0,
+    /// Our own.
+    Toml = 1,
+    Json = 2,
+    /// ROS static transforms.
+    Tf2Yaml = 3,
+    /// OpenCV file storage.
+    OpencvYaml = 4,
+}
+impl CalibrationFormat {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::Unspecified => "CALIBRATION_FORMAT_UNSPECIFIED",
+            Self::Toml => "CALIBRATION_FORMAT_TOML",
+            Self::Json => "CALIBRATION_FORMAT_JSON",
+            Self::Tf2Yaml => "CALIBRATION_FORMAT_TF2_YAML",
+            Self::OpencvYaml => "CALIBRATION_FORMAT_OPENCV_YAML",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "CALIBRATION_FORMAT_UNSPECIFIED" => Some(Self::Unspecified),
+            "CALIBRATION_FORMAT_TOML" => Some(Self::Toml),
+            "CALIBRATION_FORMAT_JSON" => Some(Self::Json),
+            "CALIBRATION_FORMAT_TF2_YAML" => Some(Self::Tf2Yaml),
+            "CALIBRATION_FORMAT_OPENCV_YAML" => Some(Self::OpencvYaml),
             _ => None,
         }
     }
@@ -1437,6 +1714,176 @@ pub mod room_client {
                 .insert(GrpcMethod::new("posefuse.v1.Room", "SetCalibration"));
             self.inner.unary(req, path, codec).await
         }
+        /// The calibrations that are kept, the newest first; the one in force is among them.
+        pub async fn list_calibrations(
+            &mut self,
+            request: impl tonic::IntoRequest<super::ListCalibrationsRequest>,
+        ) -> std::result::Result<
+            tonic::Response<super::ListCalibrationsResponse>,
+            tonic::Status,
+        > {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/ListCalibrations",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("posefuse.v1.Room", "ListCalibrations"));
+            self.inner.unary(req, path, codec).await
+        }
+        /// Puts a kept calibration in force. Refused while a take runs.
+        pub async fn restore_calibration(
+            &mut self,
+            request: impl tonic::IntoRequest<super::RestoreCalibrationRequest>,
+        ) -> std::result::Result<tonic::Response<super::Calibration>, tonic::Status> {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/RestoreCalibration",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("posefuse.v1.Room", "RestoreCalibration"));
+            self.inner.unary(req, path, codec).await
+        }
+        /// How far sensors stand apart between two calibrations.
+        pub async fn compare_calibrations(
+            &mut self,
+            request: impl tonic::IntoRequest<super::CompareCalibrationsRequest>,
+        ) -> std::result::Result<
+            tonic::Response<super::CompareCalibrationsResponse>,
+            tonic::Status,
+        > {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/CompareCalibrations",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("posefuse.v1.Room", "CompareCalibrations"));
+            self.inner.unary(req, path, codec).await
+        }
+        /// A calibration in a form that other programs read.
+        pub async fn export_calibration(
+            &mut self,
+            request: impl tonic::IntoRequest<super::ExportCalibrationRequest>,
+        ) -> std::result::Result<
+            tonic::Response<super::CalibrationFile>,
+            tonic::Status,
+        > {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/ExportCalibration",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("posefuse.v1.Room", "ExportCalibration"));
+            self.inner.unary(req, path, codec).await
+        }
+        /// Reads a calibration in one of these forms, and puts it in force unless that is not wanted.
+        pub async fn import_calibration(
+            &mut self,
+            request: impl tonic::IntoRequest<super::ImportCalibrationRequest>,
+        ) -> std::result::Result<tonic::Response<super::Calibration>, tonic::Status> {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/ImportCalibration",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("posefuse.v1.Room", "ImportCalibration"));
+            self.inner.unary(req, path, codec).await
+        }
+        /// Finds one sensor's place anew from what all sensors saw of late, and puts it in force unless it failed. The others
+        /// stay where they are. Refused while a take runs.
+        pub async fn recalibrate_sensor(
+            &mut self,
+            request: impl tonic::IntoRequest<super::RecalibrateSensorRequest>,
+        ) -> std::result::Result<
+            tonic::Response<super::CalibrateResult>,
+            tonic::Status,
+        > {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/RecalibrateSensor",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("posefuse.v1.Room", "RecalibrateSensor"));
+            self.inner.unary(req, path, codec).await
+        }
+        /// Leaves a sensor out of fusing, or takes it in again. It is still recorded and shown.
+        pub async fn mute_sensor(
+            &mut self,
+            request: impl tonic::IntoRequest<super::MuteSensorRequest>,
+        ) -> std::result::Result<
+            tonic::Response<super::MuteSensorResponse>,
+            tonic::Status,
+        > {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/MuteSensor",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("posefuse.v1.Room", "MuteSensor"));
+            self.inner.unary(req, path, codec).await
+        }
         /// The configuration in force, as TOML.
         pub async fn get_config(
             &mut self,
@@ -1572,6 +2019,51 @@ pub mod room_server {
             &self,
             request: tonic::Request<super::SetCalibrationRequest>,
         ) -> std::result::Result<tonic::Response<super::Calibration>, tonic::Status>;
+        /// The calibrations that are kept, the newest first; the one in force is among them.
+        async fn list_calibrations(
+            &self,
+            request: tonic::Request<super::ListCalibrationsRequest>,
+        ) -> std::result::Result<
+            tonic::Response<super::ListCalibrationsResponse>,
+            tonic::Status,
+        >;
+        /// Puts a kept calibration in force. Refused while a take runs.
+        async fn restore_calibration(
+            &self,
+            request: tonic::Request<super::RestoreCalibrationRequest>,
+        ) -> std::result::Result<tonic::Response<super::Calibration>, tonic::Status>;
+        /// How far sensors stand apart between two calibrations.
+        async fn compare_calibrations(
+            &self,
+            request: tonic::Request<super::CompareCalibrationsRequest>,
+        ) -> std::result::Result<
+            tonic::Response<super::CompareCalibrationsResponse>,
+            tonic::Status,
+        >;
+        /// A calibration in a form that other programs read.
+        async fn export_calibration(
+            &self,
+            request: tonic::Request<super::ExportCalibrationRequest>,
+        ) -> std::result::Result<tonic::Response<super::CalibrationFile>, tonic::Status>;
+        /// Reads a calibration in one of these forms, and puts it in force unless that is not wanted.
+        async fn import_calibration(
+            &self,
+            request: tonic::Request<super::ImportCalibrationRequest>,
+        ) -> std::result::Result<tonic::Response<super::Calibration>, tonic::Status>;
+        /// Finds one sensor's place anew from what all sensors saw of late, and puts it in force unless it failed. The others
+        /// stay where they are. Refused while a take runs.
+        async fn recalibrate_sensor(
+            &self,
+            request: tonic::Request<super::RecalibrateSensorRequest>,
+        ) -> std::result::Result<tonic::Response<super::CalibrateResult>, tonic::Status>;
+        /// Leaves a sensor out of fusing, or takes it in again. It is still recorded and shown.
+        async fn mute_sensor(
+            &self,
+            request: tonic::Request<super::MuteSensorRequest>,
+        ) -> std::result::Result<
+            tonic::Response<super::MuteSensorResponse>,
+            tonic::Status,
+        >;
         /// The configuration in force, as TOML.
         async fn get_config(
             &self,
@@ -2192,6 +2684,319 @@ pub mod room_server {
                     };
                     Box::pin(fut)
                 }
+                "/posefuse.v1.Room/ListCalibrations" => {
+                    #[allow(non_camel_case_types)]
+                    struct ListCalibrationsSvc<T: Room>(pub Arc<T>);
+                    impl<
+                        T: Room,
+                    > tonic::server::UnaryService<super::ListCalibrationsRequest>
+                    for ListCalibrationsSvc<T> {
+                        type Response = super::ListCalibrationsResponse;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::Response>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::ListCalibrationsRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::list_calibrations(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = ListCalibrationsSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/posefuse.v1.Room/RestoreCalibration" => {
+                    #[allow(non_camel_case_types)]
+                    struct RestoreCalibrationSvc<T: Room>(pub Arc<T>);
+                    impl<
+                        T: Room,
+                    > tonic::server::UnaryService<super::RestoreCalibrationRequest>
+                    for RestoreCalibrationSvc<T> {
+                        type Response = super::Calibration;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::Response>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::RestoreCalibrationRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::restore_calibration(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = RestoreCalibrationSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/posefuse.v1.Room/CompareCalibrations" => {
+                    #[allow(non_camel_case_types)]
+                    struct CompareCalibrationsSvc<T: Room>(pub Arc<T>);
+                    impl<
+                        T: Room,
+                    > tonic::server::UnaryService<super::CompareCalibrationsRequest>
+                    for CompareCalibrationsSvc<T> {
+                        type Response = super::CompareCalibrationsResponse;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::Response>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::CompareCalibrationsRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::compare_calibrations(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = CompareCalibrationsSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/posefuse.v1.Room/ExportCalibration" => {
+                    #[allow(non_camel_case_types)]
+                    struct ExportCalibrationSvc<T: Room>(pub Arc<T>);
+                    impl<
+                        T: Room,
+                    > tonic::server::UnaryService<super::ExportCalibrationRequest>
+                    for ExportCalibrationSvc<T> {
+                        type Response = super::CalibrationFile;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::Response>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::ExportCalibrationRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::export_calibration(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = ExportCalibrationSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/posefuse.v1.Room/ImportCalibration" => {
+                    #[allow(non_camel_case_types)]
+                    struct ImportCalibrationSvc<T: Room>(pub Arc<T>);
+                    impl<
+                        T: Room,
+                    > tonic::server::UnaryService<super::ImportCalibrationRequest>
+                    for ImportCalibrationSvc<T> {
+                        type Response = super::Calibration;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::Response>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::ImportCalibrationRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::import_calibration(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = ImportCalibrationSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/posefuse.v1.Room/RecalibrateSensor" => {
+                    #[allow(non_camel_case_types)]
+                    struct RecalibrateSensorSvc<T: Room>(pub Arc<T>);
+                    impl<
+                        T: Room,
+                    > tonic::server::UnaryService<super::RecalibrateSensorRequest>
+                    for RecalibrateSensorSvc<T> {
+                        type Response = super::CalibrateResult;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::Response>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::RecalibrateSensorRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::recalibrate_sensor(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = RecalibrateSensorSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/posefuse.v1.Room/MuteSensor" => {
+                    #[allow(non_camel_case_types)]
+                    struct MuteSensorSvc<T: Room>(pub Arc<T>);
+                    impl<T: Room> tonic::server::UnaryService<super::MuteSensorRequest>
+                    for MuteSensorSvc<T> {
+                        type Response = super::MuteSensorResponse;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::Response>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::MuteSensorRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::mute_sensor(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = MuteSensorSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
                 "/posefuse.v1.Room/GetConfig" => {
                     #[allow(non_camel_case_types)]
                     struct GetConfigSvc<T: Room>(pub Arc<T>);
@@ -2278,7 +3083,7 @@ pub mod room_server {
 /// One input of the engine. Topic /inputs.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct EngineInput {
-    #[prost(oneof = "engine_input::Input", tags = "1, 2, 3, 4, 5, 6")]
+    #[prost(oneof = "engine_input::Input", tags = "1, 2, 3, 4, 5, 6, 7")]
     pub input: ::core::option::Option<engine_input::Input>,
 }
 /// Nested message and enum types in `EngineInput`.
@@ -2299,7 +3104,17 @@ pub mod engine_input {
         /// First message of a take: the engine's state when recording began.
         #[prost(message, tag = "6")]
         State(super::EngineState),
+        #[prost(message, tag = "7")]
+        Mute(super::SensorMute),
     }
+}
+/// A person's decision that a sensor is to be left out of fusing, or in again.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct SensorMute {
+    #[prost(uint32, tag = "1")]
+    pub sensor: u32,
+    #[prost(bool, tag = "2")]
+    pub muted: bool,
 }
 /// The engine's whole state, so that a take that began mid-stream can be fused again to the same bytes.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]

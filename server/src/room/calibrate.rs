@@ -142,6 +142,12 @@ impl Session {
                 .iter()
                 .map(|(other, frames)| (name_of(*other), *frames))
                 .collect(),
+            share: sensor.share,
+            covered: sensor
+                .cells
+                .iter()
+                .flat_map(|(right, ahead)| [*right, *ahead])
+                .collect(),
         });
         v1::CalibrateProgress {
             elapsed_seconds: self
@@ -152,6 +158,9 @@ impl Session {
                 .min(self.seconds),
             total_seconds: self.seconds,
             sensors: sensors.collect(),
+            share: coverage.share,
+            hint: coverage.hint.clone(),
+            solving: false,
         }
     }
 
@@ -211,6 +220,9 @@ fn result(report: &Report) -> v1::CalibrateResult {
         after_median_m: pair.median_mm * 1e-3,
         after_p95_m: pair.p95_mm * 1e-3,
         samples: pair.samples,
+        agreeing_share: pair.agreeing_share,
+        mirrored_share: pair.mirrored_share,
+        ..Default::default()
     });
     v1::CalibrateResult {
         verdict: verdict.into(),
@@ -218,5 +230,6 @@ fn result(report: &Report) -> v1::CalibrateResult {
         calibration: None,
         in_force: false,
         pairs: pairs.collect(),
+        ..Default::default()
     }
 }

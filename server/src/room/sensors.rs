@@ -90,6 +90,9 @@ pub(super) fn status(
             .health
             .as_ref()
             .and_then(|health| health.frames_dropped),
+        muted: false,
+        drift: None,
+        contribution: None,
     }
 }
 

@@ -119,6 +119,55 @@ impl v1::room_server::Room for RoomService {
         Ok(Response::new(calibration_to_wire(&calibration)))
     }
 
+    async fn list_calibrations(
+        &self,
+        _: Request<v1::ListCalibrationsRequest>,
+    ) -> Answer<v1::ListCalibrationsResponse> {
+        Err(Status::unimplemented("not yet"))
+    }
+
+    async fn restore_calibration(
+        &self,
+        _: Request<v1::RestoreCalibrationRequest>,
+    ) -> Answer<v1::Calibration> {
+        Err(Status::unimplemented("not yet"))
+    }
+
+    async fn compare_calibrations(
+        &self,
+        _: Request<v1::CompareCalibrationsRequest>,
+    ) -> Answer<v1::CompareCalibrationsResponse> {
+        Err(Status::unimplemented("not yet"))
+    }
+
+    async fn export_calibration(
+        &self,
+        _: Request<v1::ExportCalibrationRequest>,
+    ) -> Answer<v1::CalibrationFile> {
+        Err(Status::unimplemented("not yet"))
+    }
+
+    async fn import_calibration(
+        &self,
+        _: Request<v1::ImportCalibrationRequest>,
+    ) -> Answer<v1::Calibration> {
+        Err(Status::unimplemented("not yet"))
+    }
+
+    async fn recalibrate_sensor(
+        &self,
+        _: Request<v1::RecalibrateSensorRequest>,
+    ) -> Answer<v1::CalibrateResult> {
+        Err(Status::unimplemented("not yet"))
+    }
+
+    async fn mute_sensor(
+        &self,
+        _: Request<v1::MuteSensorRequest>,
+    ) -> Answer<v1::MuteSensorResponse> {
+        Err(Status::unimplemented("not yet"))
+    }
+
     async fn get_config(&self, _: Request<v1::GetConfigRequest>) -> Answer<v1::GetConfigResponse> {
         let toml = self.0.config.to_toml();
         Ok(Response::new(v1::GetConfigResponse { toml }))

@@ -236,6 +236,6 @@ fn time_of(input: &Input) -> Option<Timestamp> {
         Input::Observation(observation) => Some(observation.received),
         Input::ClockSample(sample) => Some(sample.returned),
         Input::Tick(time) => Some(*time),
-        Input::Sensor(_) | Input::Calibration(_) => None,
+        Input::Sensor(_) | Input::Calibration(_) | Input::Mute { .. } => None,
     }
 }

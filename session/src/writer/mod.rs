@@ -80,7 +80,7 @@ impl TakeWriter {
             Input::Observation(observation) => observation.received,
             Input::ClockSample(sample) => sample.returned,
             Input::Tick(time) => *time,
-            Input::Sensor(_) | Input::Calibration(_) => self.now,
+            Input::Sensor(_) | Input::Calibration(_) | Input::Mute { .. } => self.now,
         };
         if logged.is_none() {
             self.now = self.now.max(time);

@@ -71,6 +71,7 @@ pub fn calibration() -> Calibration {
             residual_median_m: 0.01 + index as f64 * 1e-3,
             residual_p95_m: 0.03,
             samples: 500,
+            ..SensorPose::default()
         }
     };
     Calibration {
@@ -80,6 +81,7 @@ pub fn calibration() -> Calibration {
         sensors: (0..SENSORS)
             .map(|index| (format!("cam{index}"), pose(index)))
             .collect(),
+        ..Calibration::default()
     }
 }
 

@@ -6,7 +6,7 @@
 
 import type { GenEnum, GenFile, GenMessage, GenService } from "@bufbuild/protobuf/codegenv2";
 import { enumDesc, fileDesc, messageDesc, serviceDesc } from "@bufbuild/protobuf/codegenv2";
-import type { Calibration, CalibrationSchema, Observation, ObservationSchema, Pose, RoomFrame, RoomFrameSchema, SensorInfo } from "./types_pb";
+import type { Calibration, CalibrationSchema, Observation, ObservationSchema, Pose, PoseSigma, RoomFrame, RoomFrameSchema, SensorInfo } from "./types_pb";
 import { file_posefuse_v1_types } from "./types_pb";
 import type { Message } from "@bufbuild/protobuf";
 
@@ -14,7 +14,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file posefuse/v1/room.proto.
  */
 export const file_posefuse_v1_room: GenFile = /*@__PURE__*/
-  fileDesc("ChZwb3NlZnVzZS92MS9yb29tLnByb3RvEgtwb3NlZnVzZS52MSIjCgxXYXRjaFJlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiOwoTV2F0Y2hTZW5zb3JzUmVxdWVzdBIPCgdzZW5zb3JzGAEgAygJEhMKC21heF9yYXRlX2h6GAIgASgBIikKEldhdGNoU3RhdHVzUmVxdWVzdBITCgttYXhfcmF0ZV9oehgBIAEoASISChBHZXRTdGF0dXNSZXF1ZXN0IvAFCgxTZW5zb3JTdGF0dXMSJQoEaW5mbxgBIAEoCzIXLnBvc2VmdXNlLnYxLlNlbnNvckluZm8SJwoFc3RhdGUYAiABKA4yGC5wb3NlZnVzZS52MS5TZW5zb3JTdGF0ZRISCgpjYWxpYnJhdGVkGAMgASgIEjAKEHJvb21fZnJvbV9zZW5zb3IYBCABKAsyES5wb3NlZnVzZS52MS5Qb3NlSACIAQESGgoSZm92X2hvcml6b250YWxfZGVnGAUgASgBEhgKEGZvdl92ZXJ0aWNhbF9kZWcYBiABKAESGQoRZnJhbWVzX3Blcl9zZWNvbmQYByABKAESFwoKbGF0ZW5jeV9tcxgIIAEoAUgBiAEBEhwKD2Nsb2NrX29mZnNldF9tcxgJIAEoAUgCiAEBEhsKDmNsb2NrX2Vycm9yX21zGAogASgBSAOIAQESHAoPY2xvY2tfZHJpZnRfcHBtGAsgASgBSASIAQESFwoPZnJhbWVzX3JlY2VpdmVkGAwgASgEEhMKC2ZyYW1lc19sb3N0GA0gASgEEjkKCHJlamVjdGVkGA4gAygLMicucG9zZWZ1c2UudjEuU2Vuc29yU3RhdHVzLlJlamVjdGVkRW50cnkSDgoGYm9kaWVzGA8gASgNEhgKC3Jlc2lkdWFsX21tGBAgASgBSAWIAQESDwoHdHJvdWJsZRgRIAEoCRIVCg1hZ2VudF92ZXJzaW9uGBIgASgJEhoKDWFnZW50X2Ryb3BwZWQYEyABKARIBogBARovCg1SZWplY3RlZEVudHJ5EgsKA2tleRgBIAEoCRINCgV2YWx1ZRgCIAEoBDoCOAFCEwoRX3Jvb21fZnJvbV9zZW5zb3JCDQoLX2xhdGVuY3lfbXNCEgoQX2Nsb2NrX29mZnNldF9tc0IRCg9fY2xvY2tfZXJyb3JfbXNCEgoQX2Nsb2NrX2RyaWZ0X3BwbUIOCgxfcmVzaWR1YWxfbW1CEAoOX2FnZW50X2Ryb3BwZWQi4QMKClJvb21TdGF0dXMSDwoHdGltZV9ucxgBIAEoAxIWCg51bml4X29mZnNldF9ucxgCIAEoAxIWCg5zZXJ2ZXJfdmVyc2lvbhgDIAEoCRIqCgdzZW5zb3JzGAQgAygLMhkucG9zZWZ1c2UudjEuU2Vuc29yU3RhdHVzEg4KBnBlb3BsZRgFIAEoDRIZChFmcmFtZXNfcGVyX3NlY29uZBgGIAEoARIRCgllbmdpbmVfdXMYByABKAESFgoObGF0ZW5jeV9wNTBfbXMYCCABKAESFgoObGF0ZW5jeV9wOTlfbXMYCSABKAESKQoJcmVjb3JkaW5nGAogASgLMhEucG9zZWZ1c2UudjEuVGFrZUgAiAEBEjIKC2NhbGlicmF0aW9uGAsgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAYgBARITCgtjYWxpYnJhdGluZxgMIAEoCBIXCg9kaXNrX2ZyZWVfYnl0ZXMYDSABKAQSEAoIdHJvdWJsZXMYDiADKAkSJgoFc2lua3MYDyADKAsyFy5wb3NlZnVzZS52MS5TaW5rU3RhdHVzEhMKC3Rha2VfZm9sZGVyGBAgASgJQgwKCl9yZWNvcmRpbmdCDgoMX2NhbGlicmF0aW9uIj4KClNpbmtTdGF0dXMSDAoEbmFtZRgBIAEoCRIRCglkZWxpdmVyZWQYAiABKAQSDwoHZHJvcHBlZBgDIAEoBCLmAQoEVGFrZRIMCgRuYW1lGAEgASgJEg0KBXNsYXRlGAIgASgJEg0KBW5vdGVzGAMgASgJEiUKBXN0YXRlGAQgASgOMhYucG9zZWZ1c2UudjEuVGFrZVN0YXRlEg8KB3N0YXJ0ZWQYBSABKAkSEwoLZHVyYXRpb25fbnMYBiABKAMSEgoKc2l6ZV9ieXRlcxgHIAEoBBIOCgZmcmFtZXMYCCABKAQSDgoGcGVvcGxlGAkgASgNEg8KB3NlbnNvcnMYCiADKAkSDwoHZHJvcHBlZBgLIAEoBBIPCgd0cm91YmxlGAwgASgJIj4KEFN0YXJ0VGFrZVJlcXVlc3QSDAoEbmFtZRgBIAEoCRINCgVzbGF0ZRgCIAEoCRINCgVub3RlcxgDIAEoCSIRCg9TdG9wVGFrZVJlcXVlc3QiEgoQTGlzdFRha2VzUmVxdWVzdCI1ChFMaXN0VGFrZXNSZXNwb25zZRIgCgV0YWtlcxgBIAMoCzIRLnBvc2VmdXNlLnYxLlRha2UiXQoRVXBkYXRlVGFrZVJlcXVlc3QSDAoEbmFtZRgBIAEoCRISCgVzbGF0ZRgCIAEoCUgAiAEBEhIKBW5vdGVzGAMgASgJSAGIAQFCCAoGX3NsYXRlQggKBl9ub3RlcyJCChFSZXBsYXlUYWtlUmVxdWVzdBIMCgRuYW1lGAEgASgJEhAKCHN0YXJ0X25zGAIgASgDEg0KBXNwZWVkGAMgASgBIq4BCgtSZXBsYXlFdmVudBIRCglvZmZzZXRfbnMYASABKAMSKQoFc3RhcnQYAiABKAsyGC5wb3NlZnVzZS52MS5SZXBsYXlTdGFydEgAEicKBWZyYW1lGAMgASgLMhYucG9zZWZ1c2UudjEuUm9vbUZyYW1lSAASLwoLb2JzZXJ2YXRpb24YBCABKAsyGC5wb3NlZnVzZS52MS5PYnNlcnZhdGlvbkgAQgcKBWV2ZW50IpwBCgtSZXBsYXlTdGFydBIfCgR0YWtlGAEgASgLMhEucG9zZWZ1c2UudjEuVGFrZRIoCgdzZW5zb3JzGAIgAygLMhcucG9zZWZ1c2UudjEuU2Vuc29ySW5mbxIyCgtjYWxpYnJhdGlvbhgDIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uSACIAQFCDgoMX2NhbGlicmF0aW9uIjQKEENhbGlicmF0ZVJlcXVlc3QSDwoHc2Vjb25kcxgBIAEoARIPCgdkcnlfcnVuGAIgASgIIn0KDkNhbGlicmF0ZUV2ZW50EjIKCHByb2dyZXNzGAEgASgLMh4ucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUHJvZ3Jlc3NIABIuCgZyZXN1bHQYAiABKAsyHC5wb3NlZnVzZS52MS5DYWxpYnJhdGVSZXN1bHRIAEIHCgVldmVudCJxChFDYWxpYnJhdGVQcm9ncmVzcxIXCg9lbGFwc2VkX3NlY29uZHMYASABKAESFQoNdG90YWxfc2Vjb25kcxgCIAEoARIsCgdzZW5zb3JzGAMgAygLMhsucG9zZWZ1c2UudjEuU2Vuc29yUHJvZ3Jlc3MipwEKDlNlbnNvclByb2dyZXNzEg4KBnNlbnNvchgBIAEoCRIOCgZmcmFtZXMYAiABKAQSDQoFY2VsbHMYAyABKA0SNwoGc2hhcmVkGAQgAygLMicucG9zZWZ1c2UudjEuU2Vuc29yUHJvZ3Jlc3MuU2hhcmVkRW50cnkaLQoLU2hhcmVkRW50cnkSCwoDa2V5GAEgASgJEg0KBXZhbHVlGAIgASgEOgI4ASLJAQoPQ2FsaWJyYXRlUmVzdWx0EiUKB3ZlcmRpY3QYASABKA4yFC5wb3NlZnVzZS52MS5WZXJkaWN0Eg8KB3JlYXNvbnMYAiADKAkSMgoLY2FsaWJyYXRpb24YAyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgAiAEBEhAKCGluX2ZvcmNlGAQgASgIEigKBXBhaXJzGAUgAygLMhkucG9zZWZ1c2UudjEuUGFpclJlc2lkdWFsQg4KDF9jYWxpYnJhdGlvbiJ4CgxQYWlyUmVzaWR1YWwSCQoBYRgBIAEoCRIJCgFiGAIgASgJEhQKDGJlZm9yZV9ybXNfbRgDIAEoARIWCg5hZnRlcl9tZWRpYW5fbRgEIAEoARITCgthZnRlcl9wOTVfbRgFIAEoARIPCgdzYW1wbGVzGAYgASgEIhcKFUdldENhbGlicmF0aW9uUmVxdWVzdCJGChVTZXRDYWxpYnJhdGlvblJlcXVlc3QSLQoLY2FsaWJyYXRpb24YASABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbiISChBHZXRDb25maWdSZXF1ZXN0IiEKEUdldENvbmZpZ1Jlc3BvbnNlEgwKBHRvbWwYASABKAkqewoLU2Vuc29yU3RhdGUSHAoYU0VOU09SX1NUQVRFX1VOU1BFQ0lGSUVEEAASFQoRU0VOU09SX1NUQVRFX0xJVkUQARIYChRTRU5TT1JfU1RBVEVfU1RBTExFRBACEh0KGVNFTlNPUl9TVEFURV9ESVNDT05ORUNURUQQAyqMAQoJVGFrZVN0YXRlEhoKFlRBS0VfU1RBVEVfVU5TUEVDSUZJRUQQABIYChRUQUtFX1NUQVRFX1JFQ09SRElORxABEhcKE1RBS0VfU1RBVEVfQ09NUExFVEUQAhIYChRUQUtFX1NUQVRFX1JFQ09WRVJFRBADEhYKElRBS0VfU1RBVEVfREFNQUdFRBAEKlwKB1ZlcmRpY3QSFwoTVkVSRElDVF9VTlNQRUNJRklFRBAAEhIKDlZFUkRJQ1RfUEFTU0VEEAESEAoMVkVSRElDVF9XRUFLEAISEgoOVkVSRElDVF9GQUlMRUQQAzKsBwoEUm9vbRI8CgVXYXRjaBIZLnBvc2VmdXNlLnYxLldhdGNoUmVxdWVzdBoWLnBvc2VmdXNlLnYxLlJvb21GcmFtZTABEkwKDFdhdGNoU2Vuc29ycxIgLnBvc2VmdXNlLnYxLldhdGNoU2Vuc29yc1JlcXVlc3QaGC5wb3NlZnVzZS52MS5PYnNlcnZhdGlvbjABEkkKC1dhdGNoU3RhdHVzEh8ucG9zZWZ1c2UudjEuV2F0Y2hTdGF0dXNSZXF1ZXN0GhcucG9zZWZ1c2UudjEuUm9vbVN0YXR1czABEkMKCUdldFN0YXR1cxIdLnBvc2VmdXNlLnYxLkdldFN0YXR1c1JlcXVlc3QaFy5wb3NlZnVzZS52MS5Sb29tU3RhdHVzEj0KCVN0YXJ0VGFrZRIdLnBvc2VmdXNlLnYxLlN0YXJ0VGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEjsKCFN0b3BUYWtlEhwucG9zZWZ1c2UudjEuU3RvcFRha2VSZXF1ZXN0GhEucG9zZWZ1c2UudjEuVGFrZRJKCglMaXN0VGFrZXMSHS5wb3NlZnVzZS52MS5MaXN0VGFrZXNSZXF1ZXN0Gh4ucG9zZWZ1c2UudjEuTGlzdFRha2VzUmVzcG9uc2USSAoKUmVwbGF5VGFrZRIeLnBvc2VmdXNlLnYxLlJlcGxheVRha2VSZXF1ZXN0GhgucG9zZWZ1c2UudjEuUmVwbGF5RXZlbnQwARI/CgpVcGRhdGVUYWtlEh4ucG9zZWZ1c2UudjEuVXBkYXRlVGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEkkKCUNhbGlicmF0ZRIdLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVJlcXVlc3QaGy5wb3NlZnVzZS52MS5DYWxpYnJhdGVFdmVudDABEk4KDkdldENhbGlicmF0aW9uEiIucG9zZWZ1c2UudjEuR2V0Q2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24STgoOU2V0Q2FsaWJyYXRpb24SIi5wb3NlZnVzZS52MS5TZXRDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJKCglHZXRDb25maWcSHS5wb3NlZnVzZS52MS5HZXRDb25maWdSZXF1ZXN0Gh4ucG9zZWZ1c2UudjEuR2V0Q29uZmlnUmVzcG9uc2ViBnByb3RvMw", [file_posefuse_v1_types]);
+  fileDesc("ChZwb3NlZnVzZS92MS9yb29tLnByb3RvEgtwb3NlZnVzZS52MSIjCgxXYXRjaFJlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiOwoTV2F0Y2hTZW5zb3JzUmVxdWVzdBIPCgdzZW5zb3JzGAEgAygJEhMKC21heF9yYXRlX2h6GAIgASgBIikKEldhdGNoU3RhdHVzUmVxdWVzdBITCgttYXhfcmF0ZV9oehgBIAEoASISChBHZXRTdGF0dXNSZXF1ZXN0IvgGCgxTZW5zb3JTdGF0dXMSJQoEaW5mbxgBIAEoCzIXLnBvc2VmdXNlLnYxLlNlbnNvckluZm8SJwoFc3RhdGUYAiABKA4yGC5wb3NlZnVzZS52MS5TZW5zb3JTdGF0ZRISCgpjYWxpYnJhdGVkGAMgASgIEjAKEHJvb21fZnJvbV9zZW5zb3IYBCABKAsyES5wb3NlZnVzZS52MS5Qb3NlSACIAQESGgoSZm92X2hvcml6b250YWxfZGVnGAUgASgBEhgKEGZvdl92ZXJ0aWNhbF9kZWcYBiABKAESGQoRZnJhbWVzX3Blcl9zZWNvbmQYByABKAESFwoKbGF0ZW5jeV9tcxgIIAEoAUgBiAEBEhwKD2Nsb2NrX29mZnNldF9tcxgJIAEoAUgCiAEBEhsKDmNsb2NrX2Vycm9yX21zGAogASgBSAOIAQESHAoPY2xvY2tfZHJpZnRfcHBtGAsgASgBSASIAQESFwoPZnJhbWVzX3JlY2VpdmVkGAwgASgEEhMKC2ZyYW1lc19sb3N0GA0gASgEEjkKCHJlamVjdGVkGA4gAygLMicucG9zZWZ1c2UudjEuU2Vuc29yU3RhdHVzLlJlamVjdGVkRW50cnkSDgoGYm9kaWVzGA8gASgNEhgKC3Jlc2lkdWFsX21tGBAgASgBSAWIAQESDwoHdHJvdWJsZRgRIAEoCRIVCg1hZ2VudF92ZXJzaW9uGBIgASgJEhoKDWFnZW50X2Ryb3BwZWQYEyABKARIBogBARINCgVtdXRlZBgUIAEoCBImCgVkcmlmdBgVIAEoCzISLnBvc2VmdXNlLnYxLkRyaWZ0SAeIAQESNAoMY29udHJpYnV0aW9uGBYgASgLMhkucG9zZWZ1c2UudjEuQ29udHJpYnV0aW9uSAiIAQEaLwoNUmVqZWN0ZWRFbnRyeRILCgNrZXkYASABKAkSDQoFdmFsdWUYAiABKAQ6AjgBQhMKEV9yb29tX2Zyb21fc2Vuc29yQg0KC19sYXRlbmN5X21zQhIKEF9jbG9ja19vZmZzZXRfbXNCEQoPX2Nsb2NrX2Vycm9yX21zQhIKEF9jbG9ja19kcmlmdF9wcG1CDgoMX3Jlc2lkdWFsX21tQhAKDl9hZ2VudF9kcm9wcGVkQggKBl9kcmlmdEIPCg1fY29udHJpYnV0aW9uIpMBCgVEcmlmdBITCgtyZXNpZHVhbF9tbRgBIAEoARIQCgh1c3VhbF9tbRgCIAEoARIQCghtb3ZlZF9tbRgDIAEoARIRCgltb3ZlZF9kZWcYBCABKAESFgoObW92ZWRfc2lnbWFfbW0YBSABKAESFwoPbW92ZWRfc2lnbWFfZGVnGAYgASgBEg0KBWFsYXJtGAcgASgIIrIBCgxDb250cmlidXRpb24SDgoGd2VpZ2h0GAEgASgBEhYKDnJlamVjdGVkX3NoYXJlGAIgASgBEhgKC3Jlc2lkdWFsX21tGAMgASgBSACIAQESFQoNam9pbnRfd2VpZ2h0cxgEIAMoAhIdChVqb2ludF9yZWplY3RlZF9zaGFyZXMYBSADKAISGgoSam9pbnRfcmVzaWR1YWxzX21tGAYgAygCQg4KDF9yZXNpZHVhbF9tbSLhAwoKUm9vbVN0YXR1cxIPCgd0aW1lX25zGAEgASgDEhYKDnVuaXhfb2Zmc2V0X25zGAIgASgDEhYKDnNlcnZlcl92ZXJzaW9uGAMgASgJEioKB3NlbnNvcnMYBCADKAsyGS5wb3NlZnVzZS52MS5TZW5zb3JTdGF0dXMSDgoGcGVvcGxlGAUgASgNEhkKEWZyYW1lc19wZXJfc2Vjb25kGAYgASgBEhEKCWVuZ2luZV91cxgHIAEoARIWCg5sYXRlbmN5X3A1MF9tcxgIIAEoARIWCg5sYXRlbmN5X3A5OV9tcxgJIAEoARIpCglyZWNvcmRpbmcYCiABKAsyES5wb3NlZnVzZS52MS5UYWtlSACIAQESMgoLY2FsaWJyYXRpb24YCyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgBiAEBEhMKC2NhbGlicmF0aW5nGAwgASgIEhcKD2Rpc2tfZnJlZV9ieXRlcxgNIAEoBBIQCgh0cm91YmxlcxgOIAMoCRImCgVzaW5rcxgPIAMoCzIXLnBvc2VmdXNlLnYxLlNpbmtTdGF0dXMSEwoLdGFrZV9mb2xkZXIYECABKAlCDAoKX3JlY29yZGluZ0IOCgxfY2FsaWJyYXRpb24iPgoKU2lua1N0YXR1cxIMCgRuYW1lGAEgASgJEhEKCWRlbGl2ZXJlZBgCIAEoBBIPCgdkcm9wcGVkGAMgASgEIuYBCgRUYWtlEgwKBG5hbWUYASABKAkSDQoFc2xhdGUYAiABKAkSDQoFbm90ZXMYAyABKAkSJQoFc3RhdGUYBCABKA4yFi5wb3NlZnVzZS52MS5UYWtlU3RhdGUSDwoHc3RhcnRlZBgFIAEoCRITCgtkdXJhdGlvbl9ucxgGIAEoAxISCgpzaXplX2J5dGVzGAcgASgEEg4KBmZyYW1lcxgIIAEoBBIOCgZwZW9wbGUYCSABKA0SDwoHc2Vuc29ycxgKIAMoCRIPCgdkcm9wcGVkGAsgASgEEg8KB3Ryb3VibGUYDCABKAkiPgoQU3RhcnRUYWtlUmVxdWVzdBIMCgRuYW1lGAEgASgJEg0KBXNsYXRlGAIgASgJEg0KBW5vdGVzGAMgASgJIhEKD1N0b3BUYWtlUmVxdWVzdCISChBMaXN0VGFrZXNSZXF1ZXN0IjUKEUxpc3RUYWtlc1Jlc3BvbnNlEiAKBXRha2VzGAEgAygLMhEucG9zZWZ1c2UudjEuVGFrZSJdChFVcGRhdGVUYWtlUmVxdWVzdBIMCgRuYW1lGAEgASgJEhIKBXNsYXRlGAIgASgJSACIAQESEgoFbm90ZXMYAyABKAlIAYgBAUIICgZfc2xhdGVCCAoGX25vdGVzIkIKEVJlcGxheVRha2VSZXF1ZXN0EgwKBG5hbWUYASABKAkSEAoIc3RhcnRfbnMYAiABKAMSDQoFc3BlZWQYAyABKAEirgEKC1JlcGxheUV2ZW50EhEKCW9mZnNldF9ucxgBIAEoAxIpCgVzdGFydBgCIAEoCzIYLnBvc2VmdXNlLnYxLlJlcGxheVN0YXJ0SAASJwoFZnJhbWUYAyABKAsyFi5wb3NlZnVzZS52MS5Sb29tRnJhbWVIABIvCgtvYnNlcnZhdGlvbhgEIAEoCzIYLnBvc2VmdXNlLnYxLk9ic2VydmF0aW9uSABCBwoFZXZlbnQinAEKC1JlcGxheVN0YXJ0Eh8KBHRha2UYASABKAsyES5wb3NlZnVzZS52MS5UYWtlEigKB3NlbnNvcnMYAiADKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JJbmZvEjIKC2NhbGlicmF0aW9uGAMgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAIgBAUIOCgxfY2FsaWJyYXRpb24iNAoQQ2FsaWJyYXRlUmVxdWVzdBIPCgdzZWNvbmRzGAEgASgBEg8KB2RyeV9ydW4YAiABKAgifQoOQ2FsaWJyYXRlRXZlbnQSMgoIcHJvZ3Jlc3MYASABKAsyHi5wb3NlZnVzZS52MS5DYWxpYnJhdGVQcm9ncmVzc0gAEi4KBnJlc3VsdBgCIAEoCzIcLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVJlc3VsdEgAQgcKBWV2ZW50Ip8BChFDYWxpYnJhdGVQcm9ncmVzcxIXCg9lbGFwc2VkX3NlY29uZHMYASABKAESFQoNdG90YWxfc2Vjb25kcxgCIAEoARIsCgdzZW5zb3JzGAMgAygLMhsucG9zZWZ1c2UudjEuU2Vuc29yUHJvZ3Jlc3MSDQoFc2hhcmUYBCABKAESDAoEaGludBgFIAEoCRIPCgdzb2x2aW5nGAYgASgIIscBCg5TZW5zb3JQcm9ncmVzcxIOCgZzZW5zb3IYASABKAkSDgoGZnJhbWVzGAIgASgEEg0KBWNlbGxzGAMgASgNEjcKBnNoYXJlZBgEIAMoCzInLnBvc2VmdXNlLnYxLlNlbnNvclByb2dyZXNzLlNoYXJlZEVudHJ5Eg0KBXNoYXJlGAUgASgBEg8KB2NvdmVyZWQYBiADKBEaLQoLU2hhcmVkRW50cnkSCwoDa2V5GAEgASgJEg0KBXZhbHVlGAIgASgEOgI4ASKfAgoPQ2FsaWJyYXRlUmVzdWx0EiUKB3ZlcmRpY3QYASABKA4yFC5wb3NlZnVzZS52MS5WZXJkaWN0Eg8KB3JlYXNvbnMYAiADKAkSMgoLY2FsaWJyYXRpb24YAyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgAiAEBEhAKCGluX2ZvcmNlGAQgASgIEigKBXBhaXJzGAUgAygLMhkucG9zZWZ1c2UudjEuUGFpclJlc2lkdWFsEioKB3NlbnNvcnMYBiADKAsyGS5wb3NlZnVzZS52MS5TZW5zb3JSZXN1bHQSGAoLcmF5X2JpYXNfbW0YByABKAFIAYgBAUIOCgxfY2FsaWJyYXRpb25CDgoMX3JheV9iaWFzX21tIuQBCgxTZW5zb3JSZXN1bHQSDgoGc2Vuc29yGAEgASgJEhAKCG1lZGlhbl9tGAIgASgBEg0KBXA5NV9tGAMgASgBEg8KB3NhbXBsZXMYBCABKAQSFgoOdGltZV9vZmZzZXRfbXMYBSABKAESHAoPY2xvY2tfZHJpZnRfcHBtGAYgASgBSACIAQESEgoKYm9uZV9zY2FsZRgHIAEoARIqCgVzaWdtYRgIIAEoCzIWLnBvc2VmdXNlLnYxLlBvc2VTaWdtYUgBiAEBQhIKEF9jbG9ja19kcmlmdF9wcG1CCAoGX3NpZ21hItIBCgxQYWlyUmVzaWR1YWwSCQoBYRgBIAEoCRIJCgFiGAIgASgJEhQKDGJlZm9yZV9ybXNfbRgDIAEoARIWCg5hZnRlcl9tZWRpYW5fbRgEIAEoARITCgthZnRlcl9wOTVfbRgFIAEoARIPCgdzYW1wbGVzGAYgASgEEhcKD2JlZm9yZV9tZWRpYW5fbRgHIAEoARIWCg5hZ3JlZWluZ19zaGFyZRgIIAEoARIWCg5taXJyb3JlZF9zaGFyZRgJIAEoARIPCgd3ZWFrZXN0GAogASgIIhcKFUdldENhbGlicmF0aW9uUmVxdWVzdCJGChVTZXRDYWxpYnJhdGlvblJlcXVlc3QSLQoLY2FsaWJyYXRpb24YASABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbiIZChdMaXN0Q2FsaWJyYXRpb25zUmVxdWVzdCJQChhMaXN0Q2FsaWJyYXRpb25zUmVzcG9uc2USNAoMY2FsaWJyYXRpb25zGAEgAygLMh4ucG9zZWZ1c2UudjEuU3RvcmVkQ2FsaWJyYXRpb24iiAEKEVN0b3JlZENhbGlicmF0aW9uEgwKBG5hbWUYASABKAkSEAoIaW5fZm9yY2UYAiABKAgSMgoLY2FsaWJyYXRpb24YAyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgAiAEBEg8KB3Ryb3VibGUYBCABKAlCDgoMX2NhbGlicmF0aW9uIikKGVJlc3RvcmVDYWxpYnJhdGlvblJlcXVlc3QSDAoEbmFtZRgBIAEoCSI7ChpDb21wYXJlQ2FsaWJyYXRpb25zUmVxdWVzdBIOCgZiZWZvcmUYASABKAkSDQoFYWZ0ZXIYAiABKAkiRQobQ29tcGFyZUNhbGlicmF0aW9uc1Jlc3BvbnNlEiYKBW1vdmVzGAEgAygLMhcucG9zZWZ1c2UudjEuU2Vuc29yTW92ZSKeAQoKU2Vuc29yTW92ZRIOCgZzZW5zb3IYASABKAkSFQoIbW92ZWRfbW0YAiABKAFIAIgBARIWCgltb3ZlZF9kZWcYAyABKAFIAYgBARIVCghtb3ZlZF9tcxgEIAEoAUgCiAEBEhIKCm1pc3NpbmdfaW4YBSABKAlCCwoJX21vdmVkX21tQgwKCl9tb3ZlZF9kZWdCCwoJX21vdmVkX21zIlgKGEV4cG9ydENhbGlicmF0aW9uUmVxdWVzdBIMCgRuYW1lGAEgASgJEi4KBmZvcm1hdBgCIAEoDjIeLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uRm9ybWF0IjIKD0NhbGlicmF0aW9uRmlsZRIRCglmaWxlX25hbWUYASABKAkSDAoEdGV4dBgCIAEoCSJpChhJbXBvcnRDYWxpYnJhdGlvblJlcXVlc3QSDAoEdGV4dBgBIAEoCRIuCgZmb3JtYXQYAiABKA4yHi5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkZvcm1hdBIPCgdkcnlfcnVuGAMgASgIIjsKGFJlY2FsaWJyYXRlU2Vuc29yUmVxdWVzdBIOCgZzZW5zb3IYASABKAkSDwoHZHJ5X3J1bhgCIAEoCCIyChFNdXRlU2Vuc29yUmVxdWVzdBIOCgZzZW5zb3IYASABKAkSDQoFbXV0ZWQYAiABKAgiFAoSTXV0ZVNlbnNvclJlc3BvbnNlIhIKEEdldENvbmZpZ1JlcXVlc3QiIQoRR2V0Q29uZmlnUmVzcG9uc2USDAoEdG9tbBgBIAEoCSp7CgtTZW5zb3JTdGF0ZRIcChhTRU5TT1JfU1RBVEVfVU5TUEVDSUZJRUQQABIVChFTRU5TT1JfU1RBVEVfTElWRRABEhgKFFNFTlNPUl9TVEFURV9TVEFMTEVEEAISHQoZU0VOU09SX1NUQVRFX0RJU0NPTk5FQ1RFRBADKowBCglUYWtlU3RhdGUSGgoWVEFLRV9TVEFURV9VTlNQRUNJRklFRBAAEhgKFFRBS0VfU1RBVEVfUkVDT1JESU5HEAESFwoTVEFLRV9TVEFURV9DT01QTEVURRACEhgKFFRBS0VfU1RBVEVfUkVDT1ZFUkVEEAMSFgoSVEFLRV9TVEFURV9EQU1BR0VEEAQqXAoHVmVyZGljdBIXChNWRVJESUNUX1VOU1BFQ0lGSUVEEAASEgoOVkVSRElDVF9QQVNTRUQQARIQCgxWRVJESUNUX1dFQUsQAhISCg5WRVJESUNUX0ZBSUxFRBADKrYBChFDYWxpYnJhdGlvbkZvcm1hdBIiCh5DQUxJQlJBVElPTl9GT1JNQVRfVU5TUEVDSUZJRUQQABIbChdDQUxJQlJBVElPTl9GT1JNQVRfVE9NTBABEhsKF0NBTElCUkFUSU9OX0ZPUk1BVF9KU09OEAISHwobQ0FMSUJSQVRJT05fRk9STUFUX1RGMl9ZQU1MEAMSIgoeQ0FMSUJSQVRJT05fRk9STUFUX09QRU5DVl9ZQU1MEAQyqAwKBFJvb20SPAoFV2F0Y2gSGS5wb3NlZnVzZS52MS5XYXRjaFJlcXVlc3QaFi5wb3NlZnVzZS52MS5Sb29tRnJhbWUwARJMCgxXYXRjaFNlbnNvcnMSIC5wb3NlZnVzZS52MS5XYXRjaFNlbnNvcnNSZXF1ZXN0GhgucG9zZWZ1c2UudjEuT2JzZXJ2YXRpb24wARJJCgtXYXRjaFN0YXR1cxIfLnBvc2VmdXNlLnYxLldhdGNoU3RhdHVzUmVxdWVzdBoXLnBvc2VmdXNlLnYxLlJvb21TdGF0dXMwARJDCglHZXRTdGF0dXMSHS5wb3NlZnVzZS52MS5HZXRTdGF0dXNSZXF1ZXN0GhcucG9zZWZ1c2UudjEuUm9vbVN0YXR1cxI9CglTdGFydFRha2USHS5wb3NlZnVzZS52MS5TdGFydFRha2VSZXF1ZXN0GhEucG9zZWZ1c2UudjEuVGFrZRI7CghTdG9wVGFrZRIcLnBvc2VmdXNlLnYxLlN0b3BUYWtlUmVxdWVzdBoRLnBvc2VmdXNlLnYxLlRha2USSgoJTGlzdFRha2VzEh0ucG9zZWZ1c2UudjEuTGlzdFRha2VzUmVxdWVzdBoeLnBvc2VmdXNlLnYxLkxpc3RUYWtlc1Jlc3BvbnNlEkgKClJlcGxheVRha2USHi5wb3NlZnVzZS52MS5SZXBsYXlUYWtlUmVxdWVzdBoYLnBvc2VmdXNlLnYxLlJlcGxheUV2ZW50MAESPwoKVXBkYXRlVGFrZRIeLnBvc2VmdXNlLnYxLlVwZGF0ZVRha2VSZXF1ZXN0GhEucG9zZWZ1c2UudjEuVGFrZRJJCglDYWxpYnJhdGUSHS5wb3NlZnVzZS52MS5DYWxpYnJhdGVSZXF1ZXN0GhsucG9zZWZ1c2UudjEuQ2FsaWJyYXRlRXZlbnQwARJOCg5HZXRDYWxpYnJhdGlvbhIiLnBvc2VmdXNlLnYxLkdldENhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uEk4KDlNldENhbGlicmF0aW9uEiIucG9zZWZ1c2UudjEuU2V0Q2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24SXwoQTGlzdENhbGlicmF0aW9ucxIkLnBvc2VmdXNlLnYxLkxpc3RDYWxpYnJhdGlvbnNSZXF1ZXN0GiUucG9zZWZ1c2UudjEuTGlzdENhbGlicmF0aW9uc1Jlc3BvbnNlElYKElJlc3RvcmVDYWxpYnJhdGlvbhImLnBvc2VmdXNlLnYxLlJlc3RvcmVDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJoChNDb21wYXJlQ2FsaWJyYXRpb25zEicucG9zZWZ1c2UudjEuQ29tcGFyZUNhbGlicmF0aW9uc1JlcXVlc3QaKC5wb3NlZnVzZS52MS5Db21wYXJlQ2FsaWJyYXRpb25zUmVzcG9uc2USWAoRRXhwb3J0Q2FsaWJyYXRpb24SJS5wb3NlZnVzZS52MS5FeHBvcnRDYWxpYnJhdGlvblJlcXVlc3QaHC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkZpbGUSVAoRSW1wb3J0Q2FsaWJyYXRpb24SJS5wb3NlZnVzZS52MS5JbXBvcnRDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJYChFSZWNhbGlicmF0ZVNlbnNvchIlLnBvc2VmdXNlLnYxLlJlY2FsaWJyYXRlU2Vuc29yUmVxdWVzdBocLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVJlc3VsdBJNCgpNdXRlU2Vuc29yEh4ucG9zZWZ1c2UudjEuTXV0ZVNlbnNvclJlcXVlc3QaHy5wb3NlZnVzZS52MS5NdXRlU2Vuc29yUmVzcG9uc2USSgoJR2V0Q29uZmlnEh0ucG9zZWZ1c2UudjEuR2V0Q29uZmlnUmVxdWVzdBoeLnBvc2VmdXNlLnYxLkdldENvbmZpZ1Jlc3BvbnNlYgZwcm90bzM", [file_posefuse_v1_types]);
 
 /**
  * @generated from message posefuse.v1.WatchRequest
@@ -213,6 +213,27 @@ export type SensorStatus = Message<"posefuse.v1.SensorStatus"> & {
    * @generated from field: optional uint64 agent_dropped = 19;
    */
   agentDropped?: bigint | undefined;
+
+  /**
+   * Left out of fusing by a person.
+   *
+   * @generated from field: bool muted = 20;
+   */
+  muted: boolean;
+
+  /**
+   * Whether it still stands where the calibration says; absent while nothing can be said.
+   *
+   * @generated from field: optional posefuse.v1.Drift drift = 21;
+   */
+  drift?: Drift | undefined;
+
+  /**
+   * Its part in the fused people over the last seconds; absent while nobody is seen.
+   *
+   * @generated from field: optional posefuse.v1.Contribution contribution = 22;
+   */
+  contribution?: Contribution | undefined;
 };
 
 /**
@@ -221,6 +242,113 @@ export type SensorStatus = Message<"posefuse.v1.SensorStatus"> & {
  */
 export const SensorStatusSchema: GenMessage<SensorStatus> = /*@__PURE__*/
   messageDesc(file_posefuse_v1_room, 4);
+
+/**
+ * One sensor against the fusion of the others.
+ *
+ * @generated from message posefuse.v1.Drift
+ */
+export type Drift = Message<"posefuse.v1.Drift"> & {
+  /**
+   * Median distance over the last 10 s, and what it was when the calibration was made.
+   *
+   * @generated from field: double residual_mm = 1;
+   */
+  residualMm: number;
+
+  /**
+   * @generated from field: double usual_mm = 2;
+   */
+  usualMm: number;
+
+  /**
+   * How far it seems to have moved since, and the standard deviations of that.
+   *
+   * @generated from field: double moved_mm = 3;
+   */
+  movedMm: number;
+
+  /**
+   * @generated from field: double moved_deg = 4;
+   */
+  movedDeg: number;
+
+  /**
+   * @generated from field: double moved_sigma_mm = 5;
+   */
+  movedSigmaMm: number;
+
+  /**
+   * @generated from field: double moved_sigma_deg = 6;
+   */
+  movedSigmaDeg: number;
+
+  /**
+   * It has moved: to be calibrated anew.
+   *
+   * @generated from field: bool alarm = 7;
+   */
+  alarm: boolean;
+};
+
+/**
+ * Describes the message posefuse.v1.Drift.
+ * Use `create(DriftSchema)` to create a new message.
+ */
+export const DriftSchema: GenMessage<Drift> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 5);
+
+/**
+ * A sensor's part in the fused people. Arrays hold 25 values, one a canonical joint.
+ *
+ * @generated from message posefuse.v1.Contribution
+ */
+export type Contribution = Message<"posefuse.v1.Contribution"> & {
+  /**
+   * Mean share of the weight that this sensor had in the joints it saw, 0 to 1.
+   *
+   * @generated from field: double weight = 1;
+   */
+  weight: number;
+
+  /**
+   * Share of the joints it measured with trust that fusing all but ignored, because they contradict the others.
+   *
+   * @generated from field: double rejected_share = 2;
+   */
+  rejectedShare: number;
+
+  /**
+   * Median distance to the fusion of the others, where there are others.
+   *
+   * @generated from field: optional double residual_mm = 3;
+   */
+  residualMm?: number | undefined;
+
+  /**
+   * @generated from field: repeated float joint_weights = 4;
+   */
+  jointWeights: number[];
+
+  /**
+   * @generated from field: repeated float joint_rejected_shares = 5;
+   */
+  jointRejectedShares: number[];
+
+  /**
+   * Negative: not known.
+   *
+   * @generated from field: repeated float joint_residuals_mm = 6;
+   */
+  jointResidualsMm: number[];
+};
+
+/**
+ * Describes the message posefuse.v1.Contribution.
+ * Use `create(ContributionSchema)` to create a new message.
+ */
+export const ContributionSchema: GenMessage<Contribution> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 6);
 
 /**
  * @generated from message posefuse.v1.RoomStatus
@@ -332,7 +460,7 @@ export type RoomStatus = Message<"posefuse.v1.RoomStatus"> & {
  * Use `create(RoomStatusSchema)` to create a new message.
  */
 export const RoomStatusSchema: GenMessage<RoomStatus> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 5);
+  messageDesc(file_posefuse_v1_room, 7);
 
 /**
  * @generated from message posefuse.v1.SinkStatus
@@ -359,7 +487,7 @@ export type SinkStatus = Message<"posefuse.v1.SinkStatus"> & {
  * Use `create(SinkStatusSchema)` to create a new message.
  */
 export const SinkStatusSchema: GenMessage<SinkStatus> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 6);
+  messageDesc(file_posefuse_v1_room, 8);
 
 /**
  * @generated from message posefuse.v1.Take
@@ -439,7 +567,7 @@ export type Take = Message<"posefuse.v1.Take"> & {
  * Use `create(TakeSchema)` to create a new message.
  */
 export const TakeSchema: GenMessage<Take> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 7);
+  messageDesc(file_posefuse_v1_room, 9);
 
 /**
  * @generated from message posefuse.v1.StartTakeRequest
@@ -468,7 +596,7 @@ export type StartTakeRequest = Message<"posefuse.v1.StartTakeRequest"> & {
  * Use `create(StartTakeRequestSchema)` to create a new message.
  */
 export const StartTakeRequestSchema: GenMessage<StartTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 8);
+  messageDesc(file_posefuse_v1_room, 10);
 
 /**
  * @generated from message posefuse.v1.StopTakeRequest
@@ -481,7 +609,7 @@ export type StopTakeRequest = Message<"posefuse.v1.StopTakeRequest"> & {
  * Use `create(StopTakeRequestSchema)` to create a new message.
  */
 export const StopTakeRequestSchema: GenMessage<StopTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 9);
+  messageDesc(file_posefuse_v1_room, 11);
 
 /**
  * @generated from message posefuse.v1.ListTakesRequest
@@ -494,7 +622,7 @@ export type ListTakesRequest = Message<"posefuse.v1.ListTakesRequest"> & {
  * Use `create(ListTakesRequestSchema)` to create a new message.
  */
 export const ListTakesRequestSchema: GenMessage<ListTakesRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 10);
+  messageDesc(file_posefuse_v1_room, 12);
 
 /**
  * @generated from message posefuse.v1.ListTakesResponse
@@ -511,7 +639,7 @@ export type ListTakesResponse = Message<"posefuse.v1.ListTakesResponse"> & {
  * Use `create(ListTakesResponseSchema)` to create a new message.
  */
 export const ListTakesResponseSchema: GenMessage<ListTakesResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 11);
+  messageDesc(file_posefuse_v1_room, 13);
 
 /**
  * @generated from message posefuse.v1.UpdateTakeRequest
@@ -538,7 +666,7 @@ export type UpdateTakeRequest = Message<"posefuse.v1.UpdateTakeRequest"> & {
  * Use `create(UpdateTakeRequestSchema)` to create a new message.
  */
 export const UpdateTakeRequestSchema: GenMessage<UpdateTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 12);
+  messageDesc(file_posefuse_v1_room, 14);
 
 /**
  * @generated from message posefuse.v1.ReplayTakeRequest
@@ -569,7 +697,7 @@ export type ReplayTakeRequest = Message<"posefuse.v1.ReplayTakeRequest"> & {
  * Use `create(ReplayTakeRequestSchema)` to create a new message.
  */
 export const ReplayTakeRequestSchema: GenMessage<ReplayTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 13);
+  messageDesc(file_posefuse_v1_room, 15);
 
 /**
  * @generated from message posefuse.v1.ReplayEvent
@@ -613,7 +741,7 @@ export type ReplayEvent = Message<"posefuse.v1.ReplayEvent"> & {
  * Use `create(ReplayEventSchema)` to create a new message.
  */
 export const ReplayEventSchema: GenMessage<ReplayEvent> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 14);
+  messageDesc(file_posefuse_v1_room, 16);
 
 /**
  * @generated from message posefuse.v1.ReplayStart
@@ -640,14 +768,14 @@ export type ReplayStart = Message<"posefuse.v1.ReplayStart"> & {
  * Use `create(ReplayStartSchema)` to create a new message.
  */
 export const ReplayStartSchema: GenMessage<ReplayStart> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 15);
+  messageDesc(file_posefuse_v1_room, 17);
 
 /**
  * @generated from message posefuse.v1.CalibrateRequest
  */
 export type CalibrateRequest = Message<"posefuse.v1.CalibrateRequest"> & {
   /**
-   * How long to gather; 0: 30.
+   * How long to gather; 0: until the data suffice, 120 s at most.
    *
    * @generated from field: double seconds = 1;
    */
@@ -666,7 +794,7 @@ export type CalibrateRequest = Message<"posefuse.v1.CalibrateRequest"> & {
  * Use `create(CalibrateRequestSchema)` to create a new message.
  */
 export const CalibrateRequestSchema: GenMessage<CalibrateRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 16);
+  messageDesc(file_posefuse_v1_room, 18);
 
 /**
  * @generated from message posefuse.v1.CalibrateEvent
@@ -695,7 +823,7 @@ export type CalibrateEvent = Message<"posefuse.v1.CalibrateEvent"> & {
  * Use `create(CalibrateEventSchema)` to create a new message.
  */
 export const CalibrateEventSchema: GenMessage<CalibrateEvent> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 17);
+  messageDesc(file_posefuse_v1_room, 19);
 
 /**
  * @generated from message posefuse.v1.CalibrateProgress
@@ -715,6 +843,27 @@ export type CalibrateProgress = Message<"posefuse.v1.CalibrateProgress"> & {
    * @generated from field: repeated posefuse.v1.SensorProgress sensors = 3;
    */
   sensors: SensorProgress[];
+
+  /**
+   * How much of what is needed has been seen, 0 to 1: that of the sensor that needs most. At 1 the walk may end.
+   *
+   * @generated from field: double share = 4;
+   */
+  share: number;
+
+  /**
+   * What to do next, in plain words; empty when nothing is missing.
+   *
+   * @generated from field: string hint = 5;
+   */
+  hint: string;
+
+  /**
+   * The walk is over and is being solved.
+   *
+   * @generated from field: bool solving = 6;
+   */
+  solving: boolean;
 };
 
 /**
@@ -722,7 +871,7 @@ export type CalibrateProgress = Message<"posefuse.v1.CalibrateProgress"> & {
  * Use `create(CalibrateProgressSchema)` to create a new message.
  */
 export const CalibrateProgressSchema: GenMessage<CalibrateProgress> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 18);
+  messageDesc(file_posefuse_v1_room, 20);
 
 /**
  * @generated from message posefuse.v1.SensorProgress
@@ -753,6 +902,20 @@ export type SensorProgress = Message<"posefuse.v1.SensorProgress"> & {
    * @generated from field: map<string, uint64> shared = 4;
    */
   shared: { [key: string]: bigint };
+
+  /**
+   * How much of what is needed this sensor has seen, 0 to 1.
+   *
+   * @generated from field: double share = 5;
+   */
+  share: number;
+
+  /**
+   * The cells it has covered, two numbers each: right and ahead of the sensor, in cells of 0.5 m.
+   *
+   * @generated from field: repeated sint32 covered = 6;
+   */
+  covered: number[];
 };
 
 /**
@@ -760,7 +923,7 @@ export type SensorProgress = Message<"posefuse.v1.SensorProgress"> & {
  * Use `create(SensorProgressSchema)` to create a new message.
  */
 export const SensorProgressSchema: GenMessage<SensorProgress> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 19);
+  messageDesc(file_posefuse_v1_room, 21);
 
 /**
  * @generated from message posefuse.v1.CalibrateResult
@@ -796,6 +959,18 @@ export type CalibrateResult = Message<"posefuse.v1.CalibrateResult"> & {
    * @generated from field: repeated posefuse.v1.PairResidual pairs = 5;
    */
   pairs: PairResidual[];
+
+  /**
+   * @generated from field: repeated posefuse.v1.SensorResult sensors = 6;
+   */
+  sensors: SensorResult[];
+
+  /**
+   * How far trackers place joints in front of where they are, mean over the joints; absent if not estimated.
+   *
+   * @generated from field: optional double ray_bias_mm = 7;
+   */
+  rayBiasMm?: number | undefined;
 };
 
 /**
@@ -803,7 +978,67 @@ export type CalibrateResult = Message<"posefuse.v1.CalibrateResult"> & {
  * Use `create(CalibrateResultSchema)` to create a new message.
  */
 export const CalibrateResultSchema: GenMessage<CalibrateResult> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 20);
+  messageDesc(file_posefuse_v1_room, 22);
+
+/**
+ * One sensor of a calibration, on held-out frames.
+ *
+ * @generated from message posefuse.v1.SensorResult
+ */
+export type SensorResult = Message<"posefuse.v1.SensorResult"> & {
+  /**
+   * @generated from field: string sensor = 1;
+   */
+  sensor: string;
+
+  /**
+   * @generated from field: double median_m = 2;
+   */
+  medianM: number;
+
+  /**
+   * @generated from field: double p95_m = 3;
+   */
+  p95M: number;
+
+  /**
+   * @generated from field: uint64 samples = 4;
+   */
+  samples: bigint;
+
+  /**
+   * Added to its capture times.
+   *
+   * @generated from field: double time_offset_ms = 5;
+   */
+  timeOffsetMs: number;
+
+  /**
+   * How fast its clock runs away from the others', where the walk was long enough to tell.
+   *
+   * @generated from field: optional double clock_drift_ppm = 6;
+   */
+  clockDriftPpm?: number | undefined;
+
+  /**
+   * Its bone lengths over the median of all sensors'.
+   *
+   * @generated from field: double bone_scale = 7;
+   */
+  boneScale: number;
+
+  /**
+   * @generated from field: optional posefuse.v1.PoseSigma sigma = 8;
+   */
+  sigma?: PoseSigma | undefined;
+};
+
+/**
+ * Describes the message posefuse.v1.SensorResult.
+ * Use `create(SensorResultSchema)` to create a new message.
+ */
+export const SensorResultSchema: GenMessage<SensorResult> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 23);
 
 /**
  * How far two sensors' joints lie apart on held-out frames: before, both sensors taken to stand in the same place;
@@ -841,6 +1076,30 @@ export type PairResidual = Message<"posefuse.v1.PairResidual"> & {
    * @generated from field: uint64 samples = 6;
    */
   samples: bigint;
+
+  /**
+   * @generated from field: double before_median_m = 7;
+   */
+  beforeMedianM: number;
+
+  /**
+   * Share of shared frames in which most joints agree, and in which left and right were exchanged between the two.
+   *
+   * @generated from field: double agreeing_share = 8;
+   */
+  agreeingShare: number;
+
+  /**
+   * @generated from field: double mirrored_share = 9;
+   */
+  mirroredShare: number;
+
+  /**
+   * This pair holds the room together, and it is the weakest of those that do.
+   *
+   * @generated from field: bool weakest = 10;
+   */
+  weakest: boolean;
 };
 
 /**
@@ -848,7 +1107,7 @@ export type PairResidual = Message<"posefuse.v1.PairResidual"> & {
  * Use `create(PairResidualSchema)` to create a new message.
  */
 export const PairResidualSchema: GenMessage<PairResidual> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 21);
+  messageDesc(file_posefuse_v1_room, 24);
 
 /**
  * @generated from message posefuse.v1.GetCalibrationRequest
@@ -861,7 +1120,7 @@ export type GetCalibrationRequest = Message<"posefuse.v1.GetCalibrationRequest">
  * Use `create(GetCalibrationRequestSchema)` to create a new message.
  */
 export const GetCalibrationRequestSchema: GenMessage<GetCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 22);
+  messageDesc(file_posefuse_v1_room, 25);
 
 /**
  * @generated from message posefuse.v1.SetCalibrationRequest
@@ -878,7 +1137,310 @@ export type SetCalibrationRequest = Message<"posefuse.v1.SetCalibrationRequest">
  * Use `create(SetCalibrationRequestSchema)` to create a new message.
  */
 export const SetCalibrationRequestSchema: GenMessage<SetCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 23);
+  messageDesc(file_posefuse_v1_room, 26);
+
+/**
+ * @generated from message posefuse.v1.ListCalibrationsRequest
+ */
+export type ListCalibrationsRequest = Message<"posefuse.v1.ListCalibrationsRequest"> & {
+};
+
+/**
+ * Describes the message posefuse.v1.ListCalibrationsRequest.
+ * Use `create(ListCalibrationsRequestSchema)` to create a new message.
+ */
+export const ListCalibrationsRequestSchema: GenMessage<ListCalibrationsRequest> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 27);
+
+/**
+ * @generated from message posefuse.v1.ListCalibrationsResponse
+ */
+export type ListCalibrationsResponse = Message<"posefuse.v1.ListCalibrationsResponse"> & {
+  /**
+   * @generated from field: repeated posefuse.v1.StoredCalibration calibrations = 1;
+   */
+  calibrations: StoredCalibration[];
+};
+
+/**
+ * Describes the message posefuse.v1.ListCalibrationsResponse.
+ * Use `create(ListCalibrationsResponseSchema)` to create a new message.
+ */
+export const ListCalibrationsResponseSchema: GenMessage<ListCalibrationsResponse> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 28);
+
+/**
+ * @generated from message posefuse.v1.StoredCalibration
+ */
+export type StoredCalibration = Message<"posefuse.v1.StoredCalibration"> & {
+  /**
+   * What to call it by.
+   *
+   * @generated from field: string name = 1;
+   */
+  name: string;
+
+  /**
+   * @generated from field: bool in_force = 2;
+   */
+  inForce: boolean;
+
+  /**
+   * Absent if it cannot be read.
+   *
+   * @generated from field: optional posefuse.v1.Calibration calibration = 3;
+   */
+  calibration?: Calibration | undefined;
+
+  /**
+   * @generated from field: string trouble = 4;
+   */
+  trouble: string;
+};
+
+/**
+ * Describes the message posefuse.v1.StoredCalibration.
+ * Use `create(StoredCalibrationSchema)` to create a new message.
+ */
+export const StoredCalibrationSchema: GenMessage<StoredCalibration> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 29);
+
+/**
+ * @generated from message posefuse.v1.RestoreCalibrationRequest
+ */
+export type RestoreCalibrationRequest = Message<"posefuse.v1.RestoreCalibrationRequest"> & {
+  /**
+   * @generated from field: string name = 1;
+   */
+  name: string;
+};
+
+/**
+ * Describes the message posefuse.v1.RestoreCalibrationRequest.
+ * Use `create(RestoreCalibrationRequestSchema)` to create a new message.
+ */
+export const RestoreCalibrationRequestSchema: GenMessage<RestoreCalibrationRequest> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 30);
+
+/**
+ * @generated from message posefuse.v1.CompareCalibrationsRequest
+ */
+export type CompareCalibrationsRequest = Message<"posefuse.v1.CompareCalibrationsRequest"> & {
+  /**
+   * Names from the list; empty: the one in force.
+   *
+   * @generated from field: string before = 1;
+   */
+  before: string;
+
+  /**
+   * @generated from field: string after = 2;
+   */
+  after: string;
+};
+
+/**
+ * Describes the message posefuse.v1.CompareCalibrationsRequest.
+ * Use `create(CompareCalibrationsRequestSchema)` to create a new message.
+ */
+export const CompareCalibrationsRequestSchema: GenMessage<CompareCalibrationsRequest> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 31);
+
+/**
+ * @generated from message posefuse.v1.CompareCalibrationsResponse
+ */
+export type CompareCalibrationsResponse = Message<"posefuse.v1.CompareCalibrationsResponse"> & {
+  /**
+   * @generated from field: repeated posefuse.v1.SensorMove moves = 1;
+   */
+  moves: SensorMove[];
+};
+
+/**
+ * Describes the message posefuse.v1.CompareCalibrationsResponse.
+ * Use `create(CompareCalibrationsResponseSchema)` to create a new message.
+ */
+export const CompareCalibrationsResponseSchema: GenMessage<CompareCalibrationsResponse> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 32);
+
+/**
+ * How far a sensor stands from where another calibration has it, both rooms laid over each other as well as they fit.
+ *
+ * @generated from message posefuse.v1.SensorMove
+ */
+export type SensorMove = Message<"posefuse.v1.SensorMove"> & {
+  /**
+   * @generated from field: string sensor = 1;
+   */
+  sensor: string;
+
+  /**
+   * Absent: the sensor is in only one of the two.
+   *
+   * @generated from field: optional double moved_mm = 2;
+   */
+  movedMm?: number | undefined;
+
+  /**
+   * @generated from field: optional double moved_deg = 3;
+   */
+  movedDeg?: number | undefined;
+
+  /**
+   * @generated from field: optional double moved_ms = 4;
+   */
+  movedMs?: number | undefined;
+
+  /**
+   * In which it is missing, if it is: before or after.
+   *
+   * @generated from field: string missing_in = 5;
+   */
+  missingIn: string;
+};
+
+/**
+ * Describes the message posefuse.v1.SensorMove.
+ * Use `create(SensorMoveSchema)` to create a new message.
+ */
+export const SensorMoveSchema: GenMessage<SensorMove> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 33);
+
+/**
+ * @generated from message posefuse.v1.ExportCalibrationRequest
+ */
+export type ExportCalibrationRequest = Message<"posefuse.v1.ExportCalibrationRequest"> & {
+  /**
+   * From the list; empty: the one in force.
+   *
+   * @generated from field: string name = 1;
+   */
+  name: string;
+
+  /**
+   * @generated from field: posefuse.v1.CalibrationFormat format = 2;
+   */
+  format: CalibrationFormat;
+};
+
+/**
+ * Describes the message posefuse.v1.ExportCalibrationRequest.
+ * Use `create(ExportCalibrationRequestSchema)` to create a new message.
+ */
+export const ExportCalibrationRequestSchema: GenMessage<ExportCalibrationRequest> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 34);
+
+/**
+ * @generated from message posefuse.v1.CalibrationFile
+ */
+export type CalibrationFile = Message<"posefuse.v1.CalibrationFile"> & {
+  /**
+   * A name for the file.
+   *
+   * @generated from field: string file_name = 1;
+   */
+  fileName: string;
+
+  /**
+   * @generated from field: string text = 2;
+   */
+  text: string;
+};
+
+/**
+ * Describes the message posefuse.v1.CalibrationFile.
+ * Use `create(CalibrationFileSchema)` to create a new message.
+ */
+export const CalibrationFileSchema: GenMessage<CalibrationFile> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 35);
+
+/**
+ * @generated from message posefuse.v1.ImportCalibrationRequest
+ */
+export type ImportCalibrationRequest = Message<"posefuse.v1.ImportCalibrationRequest"> & {
+  /**
+   * @generated from field: string text = 1;
+   */
+  text: string;
+
+  /**
+   * Unspecified: found out from the text.
+   *
+   * @generated from field: posefuse.v1.CalibrationFormat format = 2;
+   */
+  format: CalibrationFormat;
+
+  /**
+   * Read and check it only.
+   *
+   * @generated from field: bool dry_run = 3;
+   */
+  dryRun: boolean;
+};
+
+/**
+ * Describes the message posefuse.v1.ImportCalibrationRequest.
+ * Use `create(ImportCalibrationRequestSchema)` to create a new message.
+ */
+export const ImportCalibrationRequestSchema: GenMessage<ImportCalibrationRequest> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 36);
+
+/**
+ * @generated from message posefuse.v1.RecalibrateSensorRequest
+ */
+export type RecalibrateSensorRequest = Message<"posefuse.v1.RecalibrateSensorRequest"> & {
+  /**
+   * @generated from field: string sensor = 1;
+   */
+  sensor: string;
+
+  /**
+   * @generated from field: bool dry_run = 2;
+   */
+  dryRun: boolean;
+};
+
+/**
+ * Describes the message posefuse.v1.RecalibrateSensorRequest.
+ * Use `create(RecalibrateSensorRequestSchema)` to create a new message.
+ */
+export const RecalibrateSensorRequestSchema: GenMessage<RecalibrateSensorRequest> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 37);
+
+/**
+ * @generated from message posefuse.v1.MuteSensorRequest
+ */
+export type MuteSensorRequest = Message<"posefuse.v1.MuteSensorRequest"> & {
+  /**
+   * @generated from field: string sensor = 1;
+   */
+  sensor: string;
+
+  /**
+   * @generated from field: bool muted = 2;
+   */
+  muted: boolean;
+};
+
+/**
+ * Describes the message posefuse.v1.MuteSensorRequest.
+ * Use `create(MuteSensorRequestSchema)` to create a new message.
+ */
+export const MuteSensorRequestSchema: GenMessage<MuteSensorRequest> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 38);
+
+/**
+ * @generated from message posefuse.v1.MuteSensorResponse
+ */
+export type MuteSensorResponse = Message<"posefuse.v1.MuteSensorResponse"> & {
+};
+
+/**
+ * Describes the message posefuse.v1.MuteSensorResponse.
+ * Use `create(MuteSensorResponseSchema)` to create a new message.
+ */
+export const MuteSensorResponseSchema: GenMessage<MuteSensorResponse> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 39);
 
 /**
  * @generated from message posefuse.v1.GetConfigRequest
@@ -891,7 +1453,7 @@ export type GetConfigRequest = Message<"posefuse.v1.GetConfigRequest"> & {
  * Use `create(GetConfigRequestSchema)` to create a new message.
  */
 export const GetConfigRequestSchema: GenMessage<GetConfigRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 24);
+  messageDesc(file_posefuse_v1_room, 40);
 
 /**
  * @generated from message posefuse.v1.GetConfigResponse
@@ -908,7 +1470,7 @@ export type GetConfigResponse = Message<"posefuse.v1.GetConfigResponse"> & {
  * Use `create(GetConfigResponseSchema)` to create a new message.
  */
 export const GetConfigResponseSchema: GenMessage<GetConfigResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 25);
+  messageDesc(file_posefuse_v1_room, 41);
 
 /**
  * @generated from enum posefuse.v1.SensorState
@@ -1017,6 +1579,48 @@ export enum Verdict {
  */
 export const VerdictSchema: GenEnum<Verdict> = /*@__PURE__*/
   enumDesc(file_posefuse_v1_room, 2);
+
+/**
+ * @generated from enum posefuse.v1.CalibrationFormat
+ */
+export enum CalibrationFormat {
+  /**
+   * @generated from enum value: CALIBRATION_FORMAT_UNSPECIFIED = 0;
+   */
+  UNSPECIFIED = 0,
+
+  /**
+   * Our own.
+   *
+   * @generated from enum value: CALIBRATION_FORMAT_TOML = 1;
+   */
+  TOML = 1,
+
+  /**
+   * @generated from enum value: CALIBRATION_FORMAT_JSON = 2;
+   */
+  JSON = 2,
+
+  /**
+   * ROS static transforms.
+   *
+   * @generated from enum value: CALIBRATION_FORMAT_TF2_YAML = 3;
+   */
+  TF2_YAML = 3,
+
+  /**
+   * OpenCV file storage.
+   *
+   * @generated from enum value: CALIBRATION_FORMAT_OPENCV_YAML = 4;
+   */
+  OPENCV_YAML = 4,
+}
+
+/**
+ * Describes the enum posefuse.v1.CalibrationFormat.
+ */
+export const CalibrationFormatSchema: GenEnum<CalibrationFormat> = /*@__PURE__*/
+  enumDesc(file_posefuse_v1_room, 3);
 
 /**
  * @generated from service posefuse.v1.Room
@@ -1131,6 +1735,77 @@ export const Room: GenService<{
     methodKind: "unary";
     input: typeof SetCalibrationRequestSchema;
     output: typeof CalibrationSchema;
+  },
+  /**
+   * The calibrations that are kept, the newest first; the one in force is among them.
+   *
+   * @generated from rpc posefuse.v1.Room.ListCalibrations
+   */
+  listCalibrations: {
+    methodKind: "unary";
+    input: typeof ListCalibrationsRequestSchema;
+    output: typeof ListCalibrationsResponseSchema;
+  },
+  /**
+   * Puts a kept calibration in force. Refused while a take runs.
+   *
+   * @generated from rpc posefuse.v1.Room.RestoreCalibration
+   */
+  restoreCalibration: {
+    methodKind: "unary";
+    input: typeof RestoreCalibrationRequestSchema;
+    output: typeof CalibrationSchema;
+  },
+  /**
+   * How far sensors stand apart between two calibrations.
+   *
+   * @generated from rpc posefuse.v1.Room.CompareCalibrations
+   */
+  compareCalibrations: {
+    methodKind: "unary";
+    input: typeof CompareCalibrationsRequestSchema;
+    output: typeof CompareCalibrationsResponseSchema;
+  },
+  /**
+   * A calibration in a form that other programs read.
+   *
+   * @generated from rpc posefuse.v1.Room.ExportCalibration
+   */
+  exportCalibration: {
+    methodKind: "unary";
+    input: typeof ExportCalibrationRequestSchema;
+    output: typeof CalibrationFileSchema;
+  },
+  /**
+   * Reads a calibration in one of these forms, and puts it in force unless that is not wanted.
+   *
+   * @generated from rpc posefuse.v1.Room.ImportCalibration
+   */
+  importCalibration: {
+    methodKind: "unary";
+    input: typeof ImportCalibrationRequestSchema;
+    output: typeof CalibrationSchema;
+  },
+  /**
+   * Finds one sensor's place anew from what all sensors saw of late, and puts it in force unless it failed. The others
+   * stay where they are. Refused while a take runs.
+   *
+   * @generated from rpc posefuse.v1.Room.RecalibrateSensor
+   */
+  recalibrateSensor: {
+    methodKind: "unary";
+    input: typeof RecalibrateSensorRequestSchema;
+    output: typeof CalibrateResultSchema;
+  },
+  /**
+   * Leaves a sensor out of fusing, or takes it in again. It is still recorded and shown.
+   *
+   * @generated from rpc posefuse.v1.Room.MuteSensor
+   */
+  muteSensor: {
+    methodKind: "unary";
+    input: typeof MuteSensorRequestSchema;
+    output: typeof MuteSensorResponseSchema;
   },
   /**
    * The configuration in force, as TOML.

@@ -14,7 +14,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file posefuse/v1/types.proto.
  */
 export const file_posefuse_v1_types: GenFile = /*@__PURE__*/
-  fileDesc("Chdwb3NlZnVzZS92MS90eXBlcy5wcm90bxILcG9zZWZ1c2UudjEiKgoHVmVjdG9yMxIJCgF4GAEgASgBEgkKAXkYAiABKAESCQoBehgDIAEoASI4CgpRdWF0ZXJuaW9uEgkKAXgYASABKAESCQoBeRgCIAEoARIJCgF6GAMgASgBEgkKAXcYBCABKAEiXAoEUG9zZRIpCgt0cmFuc2xhdGlvbhgBIAEoCzIULnBvc2VmdXNlLnYxLlZlY3RvcjMSKQoIcm90YXRpb24YAiABKAsyFy5wb3NlZnVzZS52MS5RdWF0ZXJuaW9uIlkKBEJvZHkSEwoLdHJhY2tpbmdfaWQYASABKAQSEQoJcG9zaXRpb25zGAIgAygCEhMKC2NvbmZpZGVuY2VzGAMgAygCEhQKDG9yaWVudGF0aW9ucxgEIAMoAiK4AQoFVHJhY2sSCgoCaWQYASABKAQSEAoIc2luY2VfbnMYAiABKAMSDwoHc2Vuc29ycxgDIAEoBhIRCglwb3NpdGlvbnMYBCADKAISEwoLY292YXJpYW5jZXMYBSADKAISEwoLY29uZmlkZW5jZXMYBiADKAISLAoLcHJvdmVuYW5jZXMYByADKA4yFy5wb3NlZnVzZS52MS5Qcm92ZW5hbmNlEhUKDWpvaW50X3NlbnNvcnMYCCADKAYiZwoJUm9vbUZyYW1lEg4KBm51bWJlchgBIAEoBBIPCgd0aW1lX25zGAIgASgDEhUKDWxvb2tfYWhlYWRfbnMYAyABKAMSIgoGdHJhY2tzGAQgAygLMhIucG9zZWZ1c2UudjEuVHJhY2siSAoKU2Vuc29ySW5mbxIKCgJpZBgBIAEoDRIMCgRuYW1lGAIgASgJEg0KBW1vZGVsGAMgASgJEhEKCWpvaW50X3NldBgEIAEoCSJ8CgtPYnNlcnZhdGlvbhIOCgZzZW5zb3IYASABKA0SEAoIc2VxdWVuY2UYAiABKAQSEwoLY2FwdHVyZWRfbnMYAyABKAMSEwoLcmVjZWl2ZWRfbnMYBCABKAMSIQoGYm9kaWVzGAUgAygLMhEucG9zZWZ1c2UudjEuQm9keSJ1CgtDbG9ja1NhbXBsZRIOCgZzZW5zb3IYASABKA0SDwoHc2VudF9ucxgCIAEoAxITCgtyZXR1cm5lZF9ucxgDIAEoAxIZChFhZ2VudF9yZWNlaXZlZF9ucxgEIAEoAxIVCg1hZ2VudF9zZW50X25zGAUgASgDIqUBCgpTZW5zb3JQb3NlEg4KBnNlbnNvchgBIAEoCRIrChByb29tX2Zyb21fc2Vuc29yGAIgASgLMhEucG9zZWZ1c2UudjEuUG9zZRIWCg50aW1lX29mZnNldF9ucxgDIAEoAxIZChFyZXNpZHVhbF9tZWRpYW5fbRgEIAEoARIWCg5yZXNpZHVhbF9wOTVfbRgFIAEoARIPCgdzYW1wbGVzGAYgASgEImcKC0NhbGlicmF0aW9uEg8KB2NyZWF0ZWQYASABKAkSDgoGbWV0aG9kGAIgASgJEg0KBWZsb29yGAMgASgJEigKB3NlbnNvcnMYBCADKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JQb3NlKowBCgpQcm92ZW5hbmNlEhoKFlBST1ZFTkFOQ0VfVU5TUEVDSUZJRUQQABIWChJQUk9WRU5BTkNFX01JU1NJTkcQARIXChNQUk9WRU5BTkNFX01FQVNVUkVEEAISGAoUUFJPVkVOQU5DRV9QUkVESUNURUQQAxIXChNQUk9WRU5BTkNFX1JFUEFJUkVEEARiBnByb3RvMw");
+  fileDesc("Chdwb3NlZnVzZS92MS90eXBlcy5wcm90bxILcG9zZWZ1c2UudjEiKgoHVmVjdG9yMxIJCgF4GAEgASgBEgkKAXkYAiABKAESCQoBehgDIAEoASI4CgpRdWF0ZXJuaW9uEgkKAXgYASABKAESCQoBeRgCIAEoARIJCgF6GAMgASgBEgkKAXcYBCABKAEiXAoEUG9zZRIpCgt0cmFuc2xhdGlvbhgBIAEoCzIULnBvc2VmdXNlLnYxLlZlY3RvcjMSKQoIcm90YXRpb24YAiABKAsyFy5wb3NlZnVzZS52MS5RdWF0ZXJuaW9uIlkKBEJvZHkSEwoLdHJhY2tpbmdfaWQYASABKAQSEQoJcG9zaXRpb25zGAIgAygCEhMKC2NvbmZpZGVuY2VzGAMgAygCEhQKDG9yaWVudGF0aW9ucxgEIAMoAiK4AQoFVHJhY2sSCgoCaWQYASABKAQSEAoIc2luY2VfbnMYAiABKAMSDwoHc2Vuc29ycxgDIAEoBhIRCglwb3NpdGlvbnMYBCADKAISEwoLY292YXJpYW5jZXMYBSADKAISEwoLY29uZmlkZW5jZXMYBiADKAISLAoLcHJvdmVuYW5jZXMYByADKA4yFy5wb3NlZnVzZS52MS5Qcm92ZW5hbmNlEhUKDWpvaW50X3NlbnNvcnMYCCADKAYiZwoJUm9vbUZyYW1lEg4KBm51bWJlchgBIAEoBBIPCgd0aW1lX25zGAIgASgDEhUKDWxvb2tfYWhlYWRfbnMYAyABKAMSIgoGdHJhY2tzGAQgAygLMhIucG9zZWZ1c2UudjEuVHJhY2siSAoKU2Vuc29ySW5mbxIKCgJpZBgBIAEoDRIMCgRuYW1lGAIgASgJEg0KBW1vZGVsGAMgASgJEhEKCWpvaW50X3NldBgEIAEoCSJ8CgtPYnNlcnZhdGlvbhIOCgZzZW5zb3IYASABKA0SEAoIc2VxdWVuY2UYAiABKAQSEwoLY2FwdHVyZWRfbnMYAyABKAMSEwoLcmVjZWl2ZWRfbnMYBCABKAMSIQoGYm9kaWVzGAUgAygLMhEucG9zZWZ1c2UudjEuQm9keSJ1CgtDbG9ja1NhbXBsZRIOCgZzZW5zb3IYASABKA0SDwoHc2VudF9ucxgCIAEoAxITCgtyZXR1cm5lZF9ucxgDIAEoAxIZChFhZ2VudF9yZWNlaXZlZF9ucxgEIAEoAxIVCg1hZ2VudF9zZW50X25zGAUgASgDItsBCgpTZW5zb3JQb3NlEg4KBnNlbnNvchgBIAEoCRIrChByb29tX2Zyb21fc2Vuc29yGAIgASgLMhEucG9zZWZ1c2UudjEuUG9zZRIWCg50aW1lX29mZnNldF9ucxgDIAEoAxIZChFyZXNpZHVhbF9tZWRpYW5fbRgEIAEoARIWCg5yZXNpZHVhbF9wOTVfbRgFIAEoARIPCgdzYW1wbGVzGAYgASgEEioKBXNpZ21hGAcgASgLMhYucG9zZWZ1c2UudjEuUG9zZVNpZ21hSACIAQFCCAoGX3NpZ21hIkYKCVBvc2VTaWdtYRISCgpwb3NpdGlvbl9tGAEgASgBEhQKDHJvdGF0aW9uX2RlZxgCIAEoARIPCgd0aW1lX21zGAMgASgBIigKB1JheUJpYXMSDQoFam9pbnQYASABKAkSDgoGbWV0cmVzGAIgASgBIlUKC0pvaW50T2Zmc2V0EhEKCWpvaW50X3NldBgBIAEoCRINCgVqb2ludBgCIAEoCRIkCgZvZmZzZXQYAyABKAsyFC5wb3NlZnVzZS52MS5WZWN0b3IzItEBCgtDYWxpYnJhdGlvbhIPCgdjcmVhdGVkGAEgASgJEg4KBm1ldGhvZBgCIAEoCRINCgVmbG9vchgDIAEoCRIoCgdzZW5zb3JzGAQgAygLMhcucG9zZWZ1c2UudjEuU2Vuc29yUG9zZRIPCgd2ZXJkaWN0GAUgASgJEiYKCHJheV9iaWFzGAYgAygLMhQucG9zZWZ1c2UudjEuUmF5QmlhcxIvCg1qb2ludF9vZmZzZXRzGAcgAygLMhgucG9zZWZ1c2UudjEuSm9pbnRPZmZzZXQqjAEKClByb3ZlbmFuY2USGgoWUFJPVkVOQU5DRV9VTlNQRUNJRklFRBAAEhYKElBST1ZFTkFOQ0VfTUlTU0lORxABEhcKE1BST1ZFTkFOQ0VfTUVBU1VSRUQQAhIYChRQUk9WRU5BTkNFX1BSRURJQ1RFRBADEhcKE1BST1ZFTkFOQ0VfUkVQQUlSRUQQBGIGcHJvdG8z");
 
 /**
  * @generated from message posefuse.v1.Vector3
@@ -412,6 +412,13 @@ export type SensorPose = Message<"posefuse.v1.SensorPose"> & {
    * @generated from field: uint64 samples = 6;
    */
   samples: bigint;
+
+  /**
+   * How well pose and offset are known; absent where nobody said.
+   *
+   * @generated from field: optional posefuse.v1.PoseSigma sigma = 7;
+   */
+  sigma?: PoseSigma | undefined;
 };
 
 /**
@@ -420,6 +427,90 @@ export type SensorPose = Message<"posefuse.v1.SensorPose"> & {
  */
 export const SensorPoseSchema: GenMessage<SensorPose> = /*@__PURE__*/
   messageDesc(file_posefuse_v1_types, 9);
+
+/**
+ * Standard deviations from the solver's posterior: root of the trace of the covariance.
+ *
+ * @generated from message posefuse.v1.PoseSigma
+ */
+export type PoseSigma = Message<"posefuse.v1.PoseSigma"> & {
+  /**
+   * @generated from field: double position_m = 1;
+   */
+  positionM: number;
+
+  /**
+   * @generated from field: double rotation_deg = 2;
+   */
+  rotationDeg: number;
+
+  /**
+   * @generated from field: double time_ms = 3;
+   */
+  timeMs: number;
+};
+
+/**
+ * Describes the message posefuse.v1.PoseSigma.
+ * Use `create(PoseSigmaSchema)` to create a new message.
+ */
+export const PoseSigmaSchema: GenMessage<PoseSigma> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_types, 10);
+
+/**
+ * How far trackers report a joint nearer to their sensor than it is, along the ray.
+ *
+ * @generated from message posefuse.v1.RayBias
+ */
+export type RayBias = Message<"posefuse.v1.RayBias"> & {
+  /**
+   * The joint's name, e.g. WristLeft.
+   *
+   * @generated from field: string joint = 1;
+   */
+  joint: string;
+
+  /**
+   * @generated from field: double metres = 2;
+   */
+  metres: number;
+};
+
+/**
+ * Describes the message posefuse.v1.RayBias.
+ * Use `create(RayBiasSchema)` to create a new message.
+ */
+export const RayBiasSchema: GenMessage<RayBias> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_types, 11);
+
+/**
+ * What is added to a joint as trackers of one joint set report it, metres, in the joint's local axes.
+ *
+ * @generated from message posefuse.v1.JointOffset
+ */
+export type JointOffset = Message<"posefuse.v1.JointOffset"> & {
+  /**
+   * @generated from field: string joint_set = 1;
+   */
+  jointSet: string;
+
+  /**
+   * @generated from field: string joint = 2;
+   */
+  joint: string;
+
+  /**
+   * @generated from field: posefuse.v1.Vector3 offset = 3;
+   */
+  offset?: Vector3 | undefined;
+};
+
+/**
+ * Describes the message posefuse.v1.JointOffset.
+ * Use `create(JointOffsetSchema)` to create a new message.
+ */
+export const JointOffsetSchema: GenMessage<JointOffset> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_types, 12);
 
 /**
  * The poses of a room's sensors.
@@ -450,6 +541,23 @@ export type Calibration = Message<"posefuse.v1.Calibration"> & {
    * @generated from field: repeated posefuse.v1.SensorPose sensors = 4;
    */
   sensors: SensorPose[];
+
+  /**
+   * passed or weak when it was made; empty where nobody judged it.
+   *
+   * @generated from field: string verdict = 5;
+   */
+  verdict: string;
+
+  /**
+   * @generated from field: repeated posefuse.v1.RayBias ray_bias = 6;
+   */
+  rayBias: RayBias[];
+
+  /**
+   * @generated from field: repeated posefuse.v1.JointOffset joint_offsets = 7;
+   */
+  jointOffsets: JointOffset[];
 };
 
 /**
@@ -457,7 +565,7 @@ export type Calibration = Message<"posefuse.v1.Calibration"> & {
  * Use `create(CalibrationSchema)` to create a new message.
  */
 export const CalibrationSchema: GenMessage<Calibration> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 10);
+  messageDesc(file_posefuse_v1_types, 13);
 
 /**
  * Where the knowledge of a joint comes from.
