@@ -81,6 +81,7 @@ fn pose() -> impl Strategy<Value = SensorPose> {
             residual_median_m: residual,
             residual_p95_m: residual * 2.1,
             samples,
+            ..SensorPose::default()
         }
     })
 }
