@@ -2,6 +2,7 @@
 
 mod assign;
 mod cost;
+mod facing;
 mod frame;
 mod hungarian;
 mod merge;
