@@ -3,7 +3,6 @@
 //! - [`motion`]: people who move, procedural or recorded; [`motion::Performance`] says where everybody is when.
 //! - [`load`]: recorded motion from BVH, ASF/AMC and exponential-map files.
 //! - [`sensor`]: what simulated depth sensors and their trackers say of them, with switchable errors.
-//! - [`evaluate`]: fused frames against the truth.
 //!
 //! A [`World`] made from a [`Scenario`] ties them together. It knows the truth; a [`SimSensor`]'s frames do not
 //! carry it. Everything follows from the scenario's seed.
@@ -20,7 +19,6 @@
 //! # Ok::<(), posefuse_simulator::WorldError>(())
 //! ```
 
-pub mod evaluate;
 pub mod load;
 pub mod motion;
 mod random;

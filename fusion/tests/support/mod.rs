@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use posefuse_fusion::{ClockSample, Config, Engine, Input, Output, Rejection};
-use posefuse_simulator::evaluate::compare;
+use posefuse_evaluate::compare;
 use posefuse_simulator::{Scenario, SimFrame, SimSensor, World};
 use posefuse_skeleton::{
     Body, Joint, JointSet, JointState, Observation, RoomFrame, SensorId, SensorInfo, Skeleton,

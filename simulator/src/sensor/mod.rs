@@ -9,6 +9,7 @@ mod errors;
 mod layout;
 mod noise;
 mod occlusion;
+mod sightings;
 mod swap;
 #[cfg(test)]
 mod tests;

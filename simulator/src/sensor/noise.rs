@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use posefuse_skeleton::{
-    BONES, Confidence, JOINT_COUNT, Joint, JointMap, Position, RawJoint, Sensor,
+    BONES, Confidence, Frame, JOINT_COUNT, Joint, JointMap, Position, RawJoint, Sensor,
 };
 
 use super::errors::SensorErrors;
@@ -24,9 +24,9 @@ pub(crate) fn white_sigma_m(z: f64) -> (f64, f64) {
 /// Constant errors, drawn once.
 pub(crate) struct Biases {
     /// By person and joint, in the axes of the body (forwards, left, up).
-    body: Vec<[Vector3<f64>; JOINT_COUNT]>,
+    pub(super) body: Vec<[Vector3<f64>; JOINT_COUNT]>,
     /// By joint, towards the sensor.
-    ray: [f64; JOINT_COUNT],
+    pub(super) ray: [f64; JOINT_COUNT],
     /// By joint, in the axes of the sensor.
     sensor: [Vector3<f64>; JOINT_COUNT],
 }
@@ -153,7 +153,7 @@ pub(crate) fn noisy(
 }
 
 /// By how much the white noise of this sensor grows because others light the same scene, as a share.
-fn interference(scenario: &Scenario, sensor: u64) -> f64 {
+pub(super) fn interference(scenario: &Scenario, sensor: u64) -> f64 {
     let lit = scenario.structured_light;
     if (sensor as usize) < lit {
         scenario.errors.interference * (lit - 1) as f64
@@ -199,8 +199,8 @@ fn overconfident(scenario: &Scenario, [sensor, frame, person]: Address) -> [bool
     std::array::from_fn(|_| stream.chance(scenario.errors.overconfident))
 }
 
-/// Sensor-frame directions of the body's forwards, left and up, as columns; identity without hips and spine.
-pub(crate) fn body_axes(joints: &JointMap<Position<Sensor>>) -> nalgebra::Matrix3<f64> {
+/// Directions of the body's forwards, left and up in frame `F`, as columns; identity without hips and spine.
+pub(crate) fn body_axes<F: Frame>(joints: &JointMap<Position<F>>) -> nalgebra::Matrix3<f64> {
     let at = |joint: Joint| joints[joint].map(Position::vector);
     let axes = || {
         let left = (at(Joint::ShoulderLeft)? - at(Joint::ShoulderRight)?).try_normalize(1e-9)?;

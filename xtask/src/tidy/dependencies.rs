@@ -13,6 +13,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("simulator", &["skeleton"]),
     ("proto", &["skeleton"]),
     ("fusion", &["skeleton", "sgfilter"]),
+    ("evaluate", &["skeleton", "fusion", "simulator"]),
     ("session", &["skeleton", "fusion", "proto"]),
     ("agent", &["skeleton", "proto", "simulator", "session"]),
     (
@@ -31,6 +32,7 @@ const ALL: &[&str] = &[
     "calibration",
     "fusion",
     "simulator",
+    "evaluate",
     "session",
     "proto",
     "agent",

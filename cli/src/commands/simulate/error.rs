@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use posefuse_evaluate::compare;
 use posefuse_session::{TruePerson, Truth};
 use posefuse_simulator::World;
-use posefuse_simulator::evaluate::compare;
 use posefuse_skeleton::{Joint, Position, RoomFrame, TrackId};
 use serde::Serialize;
 

@@ -2,7 +2,7 @@
 
 use posefuse_skeleton::{JointMap, RoomFrame, TrackId};
 
-use crate::world::TruePerson;
+use posefuse_simulator::TruePerson;
 
 /// How one fused frame compares with the truth of the same instant.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -90,7 +90,7 @@ mod tests {
     use posefuse_skeleton::{Confidence, JointState, SensorId, SensorSet, Timestamp, Track};
 
     use super::*;
-    use crate::{Scenario, World};
+    use posefuse_simulator::{Scenario, World};
 
     fn track(id: u64, person: &TruePerson, offset: nalgebra::Vector3<f64>) -> Track {
         let sensor = SensorId::new(0).unwrap();
