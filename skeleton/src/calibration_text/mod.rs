@@ -4,27 +4,19 @@
 //! `orientation_xyzw` is the unit quaternion of the rotation part of `room_from_sensor`, `position_m` where the
 //! sensor stands in the room. Roll, pitch and yaw stand beside it as a comment and are not read.
 
-use std::collections::BTreeMap;
+mod file;
+
 use std::fmt::Write;
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::{
-    Calibration, FloorSource, Joint, JointMap, JointSet, PoseSigma, SensorPose, Transform,
-};
+use crate::{Calibration, FloorSource, SensorPose};
+
+pub use file::{CalibrationFile, SensorEntry};
 
 /// The version this build writes and reads.
-const VERSION: i64 = 1;
-/// How far the length of a hand-edited quaternion may be from 1 (three decimals typed by hand).
-const UNIT_TOLERANCE: f64 = 2e-3;
-/// No sensor stands further than this from its room's origin, metres: beyond, somebody typed millimetres.
-const MAX_POSITION_M: f64 = 100.0;
-/// Largest time offset that a file may state, milliseconds.
-const MAX_OFFSET_MS: f64 = 10_000.0;
-/// No tracker's joint is further from where it should be, millimetres.
-const MAX_JOINT_OFFSET_MM: f64 = 500.0;
+pub const VERSION: i64 = 1;
 
 /// A calibration file that is not taken. The calibration in force stays in force.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -69,44 +61,6 @@ pub enum CalibrationFileError {
     /// No sensor in it.
     #[error("the calibration file names no sensor; calibrate again")]
     Empty,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[allow(dead_code, reason = "read ahead of everything else, see `version_of`")]
-    version: i64,
-    #[serde(default)]
-    created: String,
-    #[serde(default)]
-    method: String,
-    floor: FloorSource,
-    #[serde(default)]
-    verdict: String,
-    #[serde(default)]
-    sensors: BTreeMap<String, Entry>,
-    #[serde(default)]
-    ray_bias_mm: BTreeMap<String, f64>,
-    #[serde(default)]
-    joint_offsets_mm: BTreeMap<JointSet, BTreeMap<String, [f64; 3]>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Entry {
-    position_m: [f64; 3],
-    orientation_xyzw: [f64; 4],
-    #[serde(default)]
-    time_offset_ms: f64,
-    #[serde(default)]
-    residual_median_mm: f64,
-    #[serde(default)]
-    residual_p95_mm: f64,
-    #[serde(default)]
-    samples: u64,
-    sigma_mm: Option<f64>,
-    sigma_deg: Option<f64>,
-    sigma_ms: Option<f64>,
 }
 
 /// The file's text. [`from_toml`] gives the same calibration back, poses to 1e-9.
@@ -220,61 +174,20 @@ fn quoted(text: &str) -> String {
 
 /// Reads what [`to_toml`] wrote or a person edited. Refuses what no sensor can have, and every unknown key.
 pub fn from_toml(text: &str) -> Result<Calibration, CalibrationFileError> {
-    let found = version_of(text)?;
-    if found != VERSION {
-        return Err(CalibrationFileError::Version {
-            found,
-            expected: VERSION,
-        });
-    }
-    let file: File = toml::from_str(text).map_err(syntax)?;
-    if file.sensors.is_empty() {
-        return Err(CalibrationFileError::Empty);
-    }
-    let sensors = file
-        .sensors
-        .into_iter()
-        .map(|(name, entry)| Ok((name.clone(), pose(&name, &entry)?)))
-        .collect::<Result<_, CalibrationFileError>>()?;
-    Ok(Calibration {
-        created: file.created,
-        method: file.method,
-        floor: file.floor,
-        verdict: file.verdict,
-        sensors,
-        ray_bias_m: joints(file.ray_bias_mm, |mm| mm * 1e-3, |mm| mm.abs())?,
-        joint_offsets_m: file
-            .joint_offsets_mm
-            .into_iter()
-            .map(|(set, offsets)| {
-                let metres = |mm| Vector3::from(mm) * 1e-3;
-                Ok((
-                    set,
-                    joints(offsets, metres, |mm| Vector3::from(*mm).norm())?,
-                ))
-            })
-            .collect::<Result<_, CalibrationFileError>>()?,
-    })
+    check_version(version_of(text)?)?;
+    let file: CalibrationFile = toml::from_str(text).map_err(syntax)?;
+    file.calibration()
 }
 
-/// A table by joint; `length_mm` of a value must be that of a body's part.
-fn joints<V: std::fmt::Debug, T>(
-    table: BTreeMap<String, V>,
-    value: impl Fn(V) -> T,
-    length_mm: impl Fn(&V) -> f64,
-) -> Result<JointMap<T>, CalibrationFileError> {
-    let entry = |(name, found): (String, V)| {
-        let joint: Joint = name.parse().map_err(CalibrationFileError::Syntax)?;
-        if length_mm(&found) <= MAX_JOINT_OFFSET_MM {
-            Ok((joint, value(found)))
-        } else {
-            Err(CalibrationFileError::Joint {
-                joint: name,
-                found: format!("{found:?}"),
-            })
-        }
-    };
-    table.into_iter().map(entry).collect()
+/// Refuses a version that this build does not read.
+pub fn check_version(found: i64) -> Result<(), CalibrationFileError> {
+    if found == VERSION {
+        return Ok(());
+    }
+    Err(CalibrationFileError::Version {
+        found,
+        expected: VERSION,
+    })
 }
 
 /// The version comes first, so that an unknown key of a newer version is not taken for a typing error.
@@ -290,75 +203,4 @@ fn version_of(text: &str) -> Result<i64, CalibrationFileError> {
 
 fn syntax(error: toml::de::Error) -> CalibrationFileError {
     CalibrationFileError::Syntax(error.to_string())
-}
-
-fn pose(sensor: &str, entry: &Entry) -> Result<SensorPose, CalibrationFileError> {
-    let check = |valid: bool, key, expected, found: &dyn std::fmt::Debug| {
-        valid
-            .then_some(())
-            .ok_or_else(|| CalibrationFileError::Value {
-                sensor: sensor.to_owned(),
-                key,
-                expected,
-                found: format!("{found:?}"),
-            })
-    };
-    let position = Vector3::from(entry.position_m);
-    check(
-        position.iter().all(|c| c.abs() <= MAX_POSITION_M),
-        "position_m",
-        "three numbers in metres, each at most 100",
-        &entry.position_m,
-    )?;
-    let [x, y, z, w] = entry.orientation_xyzw;
-    let quaternion = Quaternion::new(w, x, y, z);
-    check(
-        (quaternion.norm() - 1.0).abs() <= UNIT_TOLERANCE,
-        "orientation_xyzw",
-        "a pure rotation, a quaternion x, y, z, w of length 1",
-        &entry.orientation_xyzw,
-    )?;
-    check(
-        entry.time_offset_ms.abs() <= MAX_OFFSET_MS,
-        "time_offset_ms",
-        "within 10 000 ms of 0",
-        &entry.time_offset_ms,
-    )?;
-    for (key, value) in [
-        ("residual_median_mm", entry.residual_median_mm),
-        ("residual_p95_mm", entry.residual_p95_mm),
-    ] {
-        let valid = (0.0..1e6).contains(&value);
-        check(valid, key, "a length in mm, 0 or more", &value)?;
-    }
-    let rotation = UnitQuaternion::from_quaternion(quaternion);
-    Ok(SensorPose {
-        room_from_sensor: Transform::from_parts(position, rotation),
-        time_offset_ns: (entry.time_offset_ms * 1e6).round() as i64,
-        residual_median_m: entry.residual_median_mm * 1e-3,
-        residual_p95_m: entry.residual_p95_mm * 1e-3,
-        samples: entry.samples,
-        sigma: sigma(sensor, entry)?,
-    })
-}
-
-/// The standard deviations, all three or none.
-fn sigma(sensor: &str, entry: &Entry) -> Result<Option<PoseSigma>, CalibrationFileError> {
-    let found = [entry.sigma_mm, entry.sigma_deg, entry.sigma_ms];
-    if found == [None; 3] {
-        return Ok(None);
-    }
-    match found.map(|value| value.filter(|value| (0.0..1e6).contains(value))) {
-        [Some(mm), Some(deg), Some(ms)] => Ok(Some(PoseSigma {
-            position_m: mm * 1e-3,
-            rotation_rad: deg.to_radians(),
-            time_s: ms * 1e-3,
-        })),
-        _ => Err(CalibrationFileError::Value {
-            sensor: sensor.to_owned(),
-            key: "sigma_mm, sigma_deg, sigma_ms",
-            expected: "all three there, each 0 or more, or none",
-            found: format!("{found:?}"),
-        }),
-    }
 }
