@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use posefuse_skeleton::{Body, Observation, SensorId, Timestamp};
+use posefuse_skeleton::{Body, JointSet, Observation, SensorId, Timestamp};
 use serde::{Deserialize, Serialize};
 
 use crate::{SensorWalk, Walk, WalkFrame};
@@ -33,6 +33,7 @@ pub struct Collector {
 #[derive(Clone, Debug, Default)]
 struct Gathered {
     name: String,
+    joint_set: Option<JointSet>,
     frames: Vec<WalkFrame>,
     /// When it last saw somebody, in a frame that was kept or not.
     last_body: Option<Timestamp>,
@@ -96,6 +97,13 @@ impl Collector {
         Self {
             limit: frames_per_sensor.max(1),
             sensors: names.into_iter().map(gathered).collect(),
+        }
+    }
+
+    /// Says which joint set a sensor's tracker sends: in a room of several, each set's own idea of the joints is estimated.
+    pub fn set_joint_set(&mut self, sensor: SensorId, joint_set: JointSet) {
+        if let Some(gathered) = self.sensors.get_mut(&sensor) {
+            gathered.joint_set = Some(joint_set);
         }
     }
 
@@ -170,6 +178,7 @@ impl Collector {
     pub fn walk(&self) -> Walk {
         let sensors = self.sensors.values().map(|gathered| SensorWalk {
             name: gathered.name.clone(),
+            joint_set: gathered.joint_set,
             frames: gathered.frames.clone(),
         });
         Walk {

@@ -30,8 +30,10 @@ mod walk;
 pub use collector::{Collector, Coverage, SensorCoverage};
 pub use error::CalibrationError;
 pub use kabsch::{Degenerate, PointPair, RigidFit, kabsch};
-pub use options::{Options, Thresholds};
+pub use options::{HandFloor, Options, Thresholds};
 pub use posefuse_skeleton::calibration_text::{CalibrationFileError, from_toml, to_toml};
-pub use report::{FloorRow, PairRow, Reason, Report, SensorRow, Solution, Verdict};
+pub use report::{
+    FloorRow, PairRow, Reason, Report, SensorCovariance, SensorRow, Solution, Verdict,
+};
 pub use solve::solve;
 pub use walk::{SensorWalk, Walk, WalkBody, WalkFrame, WalkJoint};

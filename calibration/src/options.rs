@@ -1,5 +1,9 @@
 //! What a caller may choose, and the thresholds of the verdict with the reason for each.
 
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use posefuse_skeleton::{JointMap, JointSet, SensorPose};
 use serde::{Deserialize, Serialize};
 
 /// How to solve.
@@ -21,8 +25,45 @@ pub struct Options {
     pub sample_spacing_s: f64,
     /// Every how many seconds one second is held out for the verdict.
     pub held_out_every: u32,
+    /// Whether to estimate how much faster each clock runs, on walks of at least [`Options::DRIFT_FROM_S`].
+    pub clock_drift: bool,
+    /// Sensors that are held where they stand, by name: to place one sensor anew beside the others. The room's frame and
+    /// clock are theirs, so that floor, origin and heading stay. Names that are not in the walk do not matter.
+    pub fixed: BTreeMap<String, SensorPose>,
+    /// Ray biases that are held, metres, as [`Calibration::ray_bias_m`](posefuse_skeleton::Calibration). Not empty: no
+    /// ray bias is estimated, and that of a joint that is not in it is 0.
+    pub held_ray_bias_m: JointMap<f64>,
+    /// Offsets of joint definitions that are held, metres, as
+    /// [`Calibration::joint_offsets_m`](posefuse_skeleton::Calibration). Those of joint sets that are in it are not
+    /// estimated.
+    pub held_joint_offsets_m: BTreeMap<JointSet, JointMap<Vector3<f64>>>,
+    /// What is known of the floor by hand; what it leaves open comes from the walk. Not used with [`Options::fixed`].
+    pub floor: Option<HandFloor>,
     /// Limits of the verdict.
     pub thresholds: Thresholds,
+}
+
+/// Floor, up, origin and heading as somebody measured them at one sensor. Each part may be left out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HandFloor {
+    /// The sensor's name.
+    pub sensor: String,
+    /// Which way is up, in the sensor's optical axes; (0, -1, 0) for a sensor that stands level. From a spirit level or
+    /// the sensor's own accelerometer. Need not have length 1.
+    pub up: Option<[f64; 3]>,
+    /// How high the sensor's lens is above the floor, metres.
+    pub height_m: Option<f64>,
+    /// Where the point of the floor below the lens lies in the room (x, y), metres: sets the origin.
+    pub at_m: Option<[f64; 2]>,
+    /// Which way the sensor looks in the room, degrees from X towards Y: sets the heading.
+    pub looks_deg: Option<f64>,
+}
+
+impl Options {
+    /// Shortest walk that says how much faster a clock runs, seconds: a drift of 20 ppm, a usual one, shifts its ends
+    /// by 1.2 ms, which is twice what is known of an offset.
+    pub const DRIFT_FROM_S: f64 = 60.0;
 }
 
 impl Default for Options {
@@ -35,6 +76,11 @@ impl Default for Options {
             max_time_offset_s: 0.15,
             sample_spacing_s: 0.1,
             held_out_every: 5,
+            clock_drift: true,
+            fixed: BTreeMap::new(),
+            held_ray_bias_m: JointMap::empty(),
+            held_joint_offsets_m: BTreeMap::new(),
+            floor: None,
             thresholds: Thresholds::default(),
         }
     }

@@ -1,6 +1,6 @@
 //! The outcome: a calibration, whether to trust it, why, what to do, and the table behind it.
 
-use posefuse_skeleton::{Calibration, FloorSource};
+use posefuse_skeleton::{Calibration, FloorSource, PoseSigma};
 use serde::{Deserialize, Serialize};
 
 /// What [`solve`](crate::solve) gives.
@@ -57,8 +57,25 @@ pub struct Report {
     /// How far trackers place joints in front of where they are, seen from their sensor: mean over the joints, mm.
     /// `None` where it was not estimated or what came out could not be skin, and so was not used.
     pub ray_bias_mm: Option<f64>,
+    /// How well each sensor's pose is known beside the others', by name; empty for a lone sensor.
+    #[serde(default)]
+    pub covariance: Vec<SensorCovariance>,
     /// From the first to the last frame, seconds.
     pub duration_s: f64,
+}
+
+/// What the solver does not know of one sensor: the covariance of the small motion, in the room, that would take the
+/// sensor from where it was put to where it stands.
+///
+/// Relative to all sensors: a motion and a delay that all of them share are no error (the mean of their turns, shifts and
+/// offsets is taken to be 0), or to the sensors that were held where some were.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorCovariance {
+    /// The sensor.
+    pub name: String,
+    /// By rows: turn about the room's X, Y and Z through its origin (rad), shift of what is at the origin (m), time
+    /// offset (s).
+    pub matrix: [[f64; 7]; 7],
 }
 
 /// One thing that is wrong, in plain words.
@@ -97,6 +114,13 @@ pub struct SensorRow {
     pub time_offset_ms: f64,
     /// Its bone lengths over the median of all sensors'.
     pub bone_scale: f64,
+    /// How well its pose and time offset are known; `None` for a lone sensor and one that was held.
+    #[serde(default)]
+    pub sigma: Option<PoseSigma>,
+    /// How much faster than the other sensors' mean its clock runs, parts per million; `None` where the walk was too
+    /// short to tell.
+    #[serde(default)]
+    pub clock_drift_ppm: Option<f64>,
 }
 
 /// One pair of sensors, on held-out frames.
@@ -118,6 +142,9 @@ pub struct PairRow {
     pub singular_ratio: f64,
     /// RMS distance as the recording came, both sensors taken to stand in the same place, mm.
     pub rms_before_mm: f64,
+    /// Median distance as the recording came, mm.
+    #[serde(default)]
+    pub median_before_mm: f64,
     /// RMS distance under the calibration, mm.
     pub rms_after_mm: f64,
     /// Median distance under the calibration, mm.
@@ -128,6 +155,9 @@ pub struct PairRow {
     pub halves_mm: [f64; 2],
     /// Whether this pair is part of the tree that holds the sensors together.
     pub in_tree: bool,
+    /// Whether it is the weakest pair of that tree: without it the room would fall apart, and it agrees least.
+    #[serde(default)]
+    pub weakest: bool,
 }
 
 /// How the floor was found and whether it holds.

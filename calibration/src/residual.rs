@@ -101,11 +101,13 @@ fn pair_row(
             0.0
         },
         rms_before_mm: rms(&before),
+        median_before_mm: median(&mut before).unwrap_or(0.0),
         rms_after_mm: rms(&after),
         median_mm: median(&mut after).unwrap_or(0.0),
         p95_mm: quantile(&mut after, 0.95).unwrap_or(0.0),
         halves_mm: halves.map(|mut half| median(&mut half).unwrap_or(0.0)),
         in_tree,
+        weakest: false,
     };
     Some((row, after))
 }
@@ -152,6 +154,8 @@ pub(crate) fn sensor_rows(
             spread_m,
             time_offset_ms: offset_s * 1e3,
             bone_scale: scales[sensor],
+            sigma: None,
+            clock_drift_ppm: None,
         }
     };
     (0..evidence.names.len()).map(row).collect()

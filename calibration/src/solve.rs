@@ -8,7 +8,7 @@ use crate::graph::{self, Edges};
 use crate::refine::{Choice, Refined, refine};
 use crate::residual::{Evidence, instants, pair_rows, sensor_rows};
 use crate::tracks::SensorTracks;
-use crate::{CalibrationError, Options, Report, SensorRow, SensorWalk, Solution, Walk};
+use crate::{CalibrationError, Options, Report, SensorRow, SensorWalk, Solution, Verdict, Walk};
 use crate::{floor, pair, verdict};
 
 /// What lies between a body's skin and its joints, metres, with room for error. Beyond, the rays do not start at the
@@ -78,7 +78,7 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
     let (verdict, reasons) = verdict::judge(&rows, &pairs, &floor.row, options);
     let rows = none_ahead(rows);
     Ok(Solution {
-        calibration: calibration(&evidence, &rows, &floor, options),
+        calibration: calibration(&evidence, &rows, &floor, verdict, options),
         report: Report {
             verdict,
             reasons,
@@ -86,6 +86,7 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
             pairs,
             floor: floor.row,
             ray_bias_mm,
+            covariance: Vec::new(),
             duration_s: span_s,
         },
     })
@@ -182,6 +183,7 @@ fn calibration(
     evidence: &Evidence<'_>,
     rows: &[SensorRow],
     floor: &floor::Floor,
+    verdict: Verdict,
     options: &Options,
 ) -> Calibration {
     let pose = |(row, placed): (&SensorRow, &graph::Placed)| {
@@ -200,6 +202,7 @@ fn calibration(
         created: options.created.clone(),
         method: if rows.len() > 1 { "svd" } else { "floor" }.to_owned(),
         floor: floor.row.source,
+        verdict: verdict.name().to_owned(),
         sensors: rows.iter().zip(evidence.placed).map(pose).collect(),
         ..Calibration::default()
     }

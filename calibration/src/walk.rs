@@ -1,6 +1,6 @@
 //! What the solver takes: everything each sensor saw of the walk, in its own optical axes, on the server's clock.
 
-use posefuse_skeleton::{Body, Confidence, JointMap, Position, Sensor, Timestamp};
+use posefuse_skeleton::{Body, Confidence, JointMap, JointSet, Position, Sensor, Timestamp};
 use serde::{Deserialize, Serialize};
 
 /// A walk as all sensors of a room saw it. The order of the sensors does not matter.
@@ -15,6 +15,10 @@ pub struct Walk {
 pub struct SensorWalk {
     /// The sensor's name, unique in the room.
     pub name: String,
+    /// The joint set its tracker sends, `None` where nobody said: then its joints are taken to be those of the room's
+    /// most common set.
+    #[serde(default)]
+    pub joint_set: Option<JointSet>,
     /// Its frames; order and doubles do not matter.
     pub frames: Vec<WalkFrame>,
 }
@@ -53,7 +57,7 @@ impl Walk {
         let index = index.unwrap_or_else(|| {
             self.sensors.push(SensorWalk {
                 name: name.to_owned(),
-                frames: Vec::new(),
+                ..SensorWalk::default()
             });
             self.sensors.len() - 1
         });

@@ -261,6 +261,7 @@ impl Scene {
             walk.sensors.push(SensorWalk {
                 name: name.clone(),
                 frames,
+                ..SensorWalk::default()
             });
         }
         (walk, offsets)
