@@ -5,14 +5,15 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use posefuse_skeleton::{
-    AgentTime, Calibration, Observation, RoomFrame, SensorId, SensorInfo, Timestamp, TrackId,
+    AgentTime, Calibration, Comparison, Observation, RoomFrame, SensorId, SensorInfo, Timestamp,
+    TrackId,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::clock::ClockEstimate;
 use crate::gate::GateConfig;
 use crate::intake::Intake;
-use crate::people::{People, Placed};
+use crate::people::{Comparer, People, Placed};
 use crate::sensors::SensorState;
 use crate::stages::{Pipeline, Stage};
 use crate::{ClockSample, Config, Input, Output, Rejection, RejectionReason};
@@ -33,6 +34,7 @@ pub struct Engine {
     placed: Vec<Placed>,
     origins: Vec<Option<Vector3<f64>>>,
     known: Vec<TrackId>,
+    comparer: Comparer,
 }
 
 /// All that the engine remembers.
@@ -78,6 +80,7 @@ impl Engine {
             placed: Vec::new(),
             origins: Vec::new(),
             known: Vec::new(),
+            comparer: Comparer::default(),
         };
         engine.note_origins();
         engine
@@ -122,6 +125,18 @@ impl Engine {
     /// A time of `sensor`'s agent in the server's clock; `None` before the first answered probe.
     pub fn map_time(&self, sensor: SensorId, time: AgentTime) -> Option<Timestamp> {
         self.sensor(sensor)?.clock.map(time)
+    }
+
+    /// Whether to keep, from now on, what the sensors see of each person, for [`Engine::take_comparisons`]. Frames do
+    /// not depend on it, and snapshots do not keep it.
+    pub fn compare_sensors(&mut self, enabled: bool) {
+        self.comparer.enable(enabled);
+    }
+
+    /// What the sensors saw of each person since the last call, oldest first: at most five a second and person, and of
+    /// those not taken the latest 256.
+    pub fn take_comparisons(&mut self) -> impl Iterator<Item = Comparison> {
+        self.comparer.take()
     }
 
     fn sensor(&self, id: SensorId) -> Option<&SensorState> {
@@ -280,6 +295,8 @@ impl Engine {
                         sensor.add_residual(residual_m);
                     }
                 });
+        let trusted = self.config.fuse.min_confidence;
+        (self.comparer).look(time, &self.state.people, &self.state.sensors, trusted);
         for id in self.state.people.take_flipped() {
             self.state.pipeline.restart(id);
         }

@@ -5,6 +5,7 @@
 
 mod calibration;
 pub mod calibration_text;
+mod comparison;
 mod confidence;
 mod frame;
 mod joint;
@@ -17,6 +18,7 @@ mod time;
 mod track;
 
 pub use calibration::{Calibration, FloorSource, PoseSigma, SensorPose};
+pub use comparison::{Comparison, View};
 pub use confidence::{Confidence, ConfidenceError};
 pub use frame::{Frame, Position, Room, Sensor, Transform};
 pub use joint::{BONES, Bone, JOINT_COUNT, Joint, SIDE_PAIRS};

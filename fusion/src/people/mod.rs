@@ -1,6 +1,7 @@
 //! Who is in the room: bodies become tracks (`assign`), tracks become a frame (`frame`), doubles become one (`merge`).
 
 mod assign;
+mod compare;
 mod cost;
 mod facing;
 mod frame;
@@ -21,6 +22,7 @@ use crate::fuse::Sighting;
 use hungarian::Hungarian;
 use track::{TrackState, View};
 
+pub(crate) use compare::Comparer;
 pub(crate) use cost::median;
 pub(crate) use track::VELOCITY_DECAY_S;
 
