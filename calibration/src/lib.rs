@@ -2,7 +2,8 @@
 //!
 //! [`Collector`] gathers a [`Walk`] while it happens and says how much of the room is covered; [`solve`] turns
 //! the walk into a [`Calibration`](posefuse_skeleton::Calibration) and a [`Report`] whose verdict rests on frames
-//! the solver never used; [`to_toml`] and [`from_toml`], the skeleton crate's, keep it in a file that a person can read.
+//! the solver never used; [`to_toml`] and [`from_toml`], the skeleton crate's, keep it in a file that a person can read;
+//! [`formats`] has the forms of other programs; [`compare`] says how two calibrations differ.
 //!
 //! Steps of [`solve`]: tracks and a common time grid (`tracks`), a robust start for each pair of sensors (`pair`),
 //! the best spanning tree (`graph`), refinement of all sensors at once (`refine`), floor and heading (`floor`),
@@ -11,16 +12,20 @@
 //! No I/O and no clock: strings and data in, data out. Metres, radians and nanoseconds unless a name says otherwise.
 
 mod collector;
+mod compare;
 mod error;
 mod floor;
+pub mod formats;
 mod graph;
 mod kabsch;
 mod matching;
+mod monitor;
 mod options;
 mod pair;
 mod refine;
 mod report;
 mod residual;
+mod room_frame;
 mod solve;
 mod stats;
 mod tracks;
@@ -28,12 +33,15 @@ mod verdict;
 mod walk;
 
 pub use collector::{Collector, Coverage, SensorCoverage};
+pub use compare::{Change, SensorMove, compare};
 pub use error::CalibrationError;
 pub use kabsch::{Degenerate, PointPair, RigidFit, kabsch};
+pub use monitor::{DriftMonitor, DriftOptions, SensorDrift};
 pub use options::{HandFloor, Options, Thresholds};
 pub use posefuse_skeleton::calibration_text::{CalibrationFileError, from_toml, to_toml};
 pub use report::{
     FloorRow, PairRow, Reason, Report, SensorCovariance, SensorRow, Solution, Verdict,
 };
+pub use room_frame::moved;
 pub use solve::solve;
 pub use walk::{SensorWalk, Walk, WalkBody, WalkFrame, WalkJoint};
