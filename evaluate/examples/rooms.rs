@@ -1,0 +1,64 @@
+//! The figures of `posefuse evaluate simulated` without the rest of the program, which is quicker to build.
+//!
+//! `cargo run --release -p posefuse-evaluate --example rooms -- [seeds] [seconds] [rooms] [methods]`, for example
+//! `-- 3 20 ring4,arc2 menard,kalman`. Errors are harsh, calibrations perfect.
+
+use std::sync::Arc;
+
+use posefuse_evaluate::suite::{Setting, Suite};
+use posefuse_evaluate::{Metrics, Tally, preset, table};
+use posefuse_simulator::World;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let argument = |index: usize, usual: &str| {
+        arguments
+            .get(index)
+            .cloned()
+            .unwrap_or_else(|| usual.to_owned())
+    };
+    let seeds: u64 = argument(0, "3").parse()?;
+    let names = argument(2, "ring4,arc2");
+    let settings = names.split(',').map(Setting::named);
+    let methods = argument(3, "mean,menard,weighted,kalman-0,kalman");
+    let methods = methods.split(',').map(preset);
+    let suite = Suite {
+        settings: settings.collect::<Option<_>>().ok_or("no such room")?,
+        seeds: (1..=seeds).collect(),
+        seconds: argument(1, "20").parse()?,
+        skip_s: 2.0,
+        methods: methods.collect::<Option<_>>().ok_or("no such method")?,
+        calibrate: &|world: &Arc<World>| Ok(posefuse_evaluate::perfect_calibration(world)),
+        threads: 1,
+    };
+    let cells = suite.run(&|done, all| eprint!("\r{done} of {all}"))?;
+    eprintln!();
+    for (index, setting) in suite.settings.iter().enumerate() {
+        let pooled: Vec<Metrics> = (0..suite.methods.len())
+            .map(|method| {
+                let mut all = Tally::default();
+                cells
+                    .iter()
+                    .filter(|cell| cell.setting == index && cell.method == method)
+                    .for_each(|cell| all.merge(&cell.tally));
+                Metrics::from(&all)
+            })
+            .collect();
+        let bound = pooled.iter().find_map(|metrics| metrics.noise_bound_mm);
+        println!(
+            "{}: noise bound {:.1} mm",
+            setting.name,
+            bound.unwrap_or(f64::NAN)
+        );
+        let runs = suite.methods.iter().map(|method| method.name.as_str());
+        for row in table::rows(&table::WITH_TRUTH, "method", runs.zip(&pooled)) {
+            let cells = row.iter().enumerate();
+            let cells = cells.map(|(i, cell)| match i {
+                0 => format!("{cell:12}"),
+                _ => format!("{cell:>8}"),
+            });
+            println!("{}", cells.collect::<String>());
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,63 @@
+//! The ways of fusing that are compared: configurations of the engine with a name.
+
+use posefuse_fusion::{Config, FuseMethod};
+
+/// A configuration with a name.
+#[derive(Clone, Debug)]
+pub struct Method {
+    /// Short, unique in a comparison.
+    pub name: String,
+    /// What it is, in one line.
+    pub about: String,
+    /// The engine's settings.
+    pub config: Config,
+    /// Whether it knows only where the sensors stand, and not what else a calibration finds.
+    pub poses_only: bool,
+}
+
+/// The name of reference A: Menard's mean, left and right put right.
+pub const REFERENCE: &str = "menard";
+
+/// The names that [`preset`] knows, and what they are.
+pub const PRESETS: [(&str, &str); 6] = [
+    (
+        "mean",
+        "the mean of all joints of trusted confidence (Menard 2014), labelled as the sensors label them",
+    ),
+    (
+        REFERENCE,
+        "the same with left and right put right: reference A",
+    ),
+    (
+        "weighted",
+        "weighted by each sensor's noise, then bones and smoothing",
+    ),
+    ("kalman-0", "the filter, each frame at once"),
+    ("kalman", "the filter, one frame of look-ahead: what ships"),
+    ("kalman-3", "the filter, three frames of look-ahead"),
+];
+
+/// The method of this name; `None` if there is none.
+pub fn preset(name: &str) -> Option<Method> {
+    let (name, about) = PRESETS.iter().find(|(known, _)| *known == name)?;
+    let mut config = Config::default();
+    match *name {
+        "mean" | REFERENCE => {
+            config.fuse.method = FuseMethod::Average;
+            config.fuse.swaps = *name == REFERENCE;
+            config.stages.clear();
+        }
+        "weighted" => config.fuse.method = FuseMethod::Weighted,
+        other => {
+            config.fuse.method = FuseMethod::Kalman;
+            let ahead = other.strip_prefix("kalman-").and_then(|n| n.parse().ok());
+            config.fuse.look_ahead = ahead.unwrap_or(config.fuse.look_ahead);
+        }
+    }
+    Some(Method {
+        name: (*name).to_owned(),
+        about: (*about).to_owned(),
+        config,
+        poses_only: matches!(*name, "mean" | REFERENCE),
+    })
+}

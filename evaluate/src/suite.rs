@@ -1,0 +1,192 @@
+//! Many simulated rooms, every method on the same inputs.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use posefuse_fusion::Input;
+use posefuse_simulator::{Layout, Scenario, SensorErrors, World, WorldError};
+use posefuse_skeleton::{Calibration, JointMap, SensorIdError, Timestamp};
+use thiserror::Error;
+
+use crate::fuse::fuse;
+use crate::measure::measure;
+use crate::methods::Method;
+use crate::room::SimulatedRoom;
+use crate::tally::Tally;
+use crate::truth::SimulatedTruth;
+
+/// A room that is simulated once per seed.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// Its name in tables.
+    pub name: String,
+    /// The room; its seed is replaced.
+    pub scenario: Scenario,
+}
+
+impl Setting {
+    /// `ring4`, `arc2` and the like: that many sensors all around or over 100 degrees, with all that real rooms add:
+    /// imperfect mirror images, biases of single sensors, stale frames, and structured light that interferes. `None`
+    /// for other names.
+    pub fn named(name: &str) -> Option<Self> {
+        let (layout, count) = match name.split_at_checked(4) {
+            Some(("ring", count)) => (Layout::Ring, count),
+            _ => (Layout::Arc, name.strip_prefix("arc")?),
+        };
+        let sensors = count.parse().ok().filter(|n| (1..=64).contains(n))?;
+        Some(Self {
+            name: name.to_owned(),
+            scenario: Scenario {
+                sensors,
+                layout,
+                structured_light: sensors,
+                errors: SensorErrors::harsh(),
+                ..Scenario::default()
+            },
+        })
+    }
+}
+
+/// What is compared.
+pub struct Suite<'a> {
+    /// The rooms.
+    pub settings: Vec<Setting>,
+    /// Each is simulated with each of these.
+    pub seeds: Vec<u64>,
+    /// How much of each room, seconds.
+    pub seconds: f64,
+    /// How much of it is left out at the start: clocks are mapped and people are found, seconds.
+    pub skip_s: f64,
+    /// What is compared.
+    pub methods: Vec<Method>,
+    /// Where the sensors stand as far as the engine knows.
+    pub calibrate: &'a (dyn Fn(&Arc<World>) -> Result<Calibration, String> + Sync),
+    /// How many rooms are worked on at once.
+    pub threads: usize,
+}
+
+/// Why a room could not be simulated.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SuiteError {
+    /// There is no such room.
+    #[error("{setting}: {error}")]
+    World {
+        /// The room.
+        setting: String,
+        /// Why.
+        error: WorldError,
+    },
+    /// Too many sensors.
+    #[error(transparent)]
+    Sensors(#[from] SensorIdError),
+    /// It could not be calibrated.
+    #[error("{setting}, seed {seed}: {problem}")]
+    Calibration {
+        /// The room.
+        setting: String,
+        /// Its seed.
+        seed: u64,
+        /// Why.
+        problem: String,
+    },
+}
+
+/// One method in one room with one seed.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Which room.
+    pub setting: usize,
+    /// Which seed.
+    pub seed: u64,
+    /// Which method.
+    pub method: usize,
+    /// What was counted.
+    pub tally: Tally,
+}
+
+impl Suite<'_> {
+    /// Runs everything. `progress` hears how many of the rooms are done; it may be called from several threads.
+    ///
+    /// # Errors
+    /// The first room that could not be simulated.
+    pub fn run(&self, progress: &(dyn Fn(usize, usize) + Sync)) -> Result<Vec<Cell>, SuiteError> {
+        let jobs: Vec<(usize, u64)> = (0..self.settings.len())
+            .flat_map(|setting| self.seeds.iter().map(move |seed| (setting, *seed)))
+            .collect();
+        let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let results: Mutex<BTreeMap<usize, Result<Vec<Cell>, SuiteError>>> = Mutex::default();
+        let work = || {
+            while let Some((job, (setting, seed))) = {
+                let job = next.fetch_add(1, Ordering::Relaxed);
+                jobs.get(job).map(|what| (job, *what))
+            } {
+                let result = self.room(setting, seed);
+                if result.is_err() {
+                    next.store(jobs.len(), Ordering::Relaxed);
+                }
+                let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
+                results.insert(job, result);
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len());
+            }
+        };
+        std::thread::scope(|scope| {
+            for _ in 1..self.threads.clamp(1, jobs.len().max(1)) {
+                scope.spawn(work);
+            }
+            work();
+        });
+        let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let cells: Result<Vec<Vec<Cell>>, SuiteError> = results.into_values().collect();
+        Ok(cells?.into_iter().flatten().collect())
+    }
+
+    fn room(&self, setting: usize, seed: u64) -> Result<Vec<Cell>, SuiteError> {
+        let Setting { name, scenario } = &self.settings[setting];
+        let scenario = Scenario {
+            seed,
+            ..scenario.clone()
+        };
+        let world = World::new(&scenario).map_err(|error| SuiteError::World {
+            setting: name.clone(),
+            error,
+        })?;
+        let world = Arc::new(world);
+        let calibration = (self.calibrate)(&world).map_err(|problem| SuiteError::Calibration {
+            setting: name.clone(),
+            seed,
+            problem,
+        })?;
+        let poses_only = Calibration {
+            ray_bias_m: JointMap::empty(),
+            joint_offsets_m: BTreeMap::new(),
+            ..calibration.clone()
+        };
+        let inputs: Vec<(Timestamp, Input)> = SimulatedRoom::new(&world, self.seconds)?.collect();
+        let truth = SimulatedTruth::new(&world, self.seconds);
+        let from = SimulatedRoom::server_time(self.skip_s);
+        let bound = truth.noise_bound_m(self.skip_s);
+        let cell = |(method, settings): (usize, &Method)| {
+            let calibration = match settings.poses_only {
+                true => poses_only.clone(),
+                false => calibration.clone(),
+            };
+            let first = (Timestamp::ZERO, Input::Calibration(Arc::new(calibration)));
+            let all = std::iter::once(&first).chain(&inputs);
+            let fused = fuse(&settings.config, all.map(|(time, input)| (*time, input)));
+            let mut tally = measure(&fused.frames, &truth, from);
+            tally.busy_s = fused.busy.as_secs_f64();
+            tally.live_s = self.seconds;
+            if let Some(bound) = bound {
+                tally.bound.add(bound * bound);
+            }
+            Cell {
+                setting,
+                seed,
+                method,
+                tally,
+            }
+        };
+        Ok(self.methods.iter().enumerate().map(cell).collect())
+    }
+}

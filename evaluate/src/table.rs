@@ -1,0 +1,199 @@
+//! Figures as rows of text.
+
+use crate::metrics::Metrics;
+
+/// A column: its heading, what it means in one line, and how a run's figure is written in it.
+pub struct Column {
+    /// The heading.
+    pub name: &'static str,
+    /// The unit; empty for a count or share.
+    pub unit: &'static str,
+    /// What it means, for a person who has not read a paper about it.
+    pub about: &'static str,
+    /// Whether smaller is better.
+    pub smaller_is_better: bool,
+    /// The figure; `None` where a run has none.
+    pub value: fn(&Metrics) -> Option<f64>,
+    /// Digits after the point.
+    pub digits: usize,
+}
+
+const fn column(
+    name: &'static str,
+    unit: &'static str,
+    about: &'static str,
+    digits: usize,
+    value: fn(&Metrics) -> Option<f64>,
+) -> Column {
+    Column {
+        name,
+        unit,
+        about,
+        smaller_is_better: true,
+        value,
+        digits,
+    }
+}
+
+/// The columns of runs with truth.
+pub const WITH_TRUTH: [Column; 18] = [
+    column(
+        "error",
+        "mm",
+        "mean distance of a joint from where it truly is, but for the part that no sensor can see (where a tracker takes a joint to lie in the body)",
+        1,
+        |m| m.own_error.mean_mm,
+    ),
+    column(
+        "p95",
+        "mm",
+        "nineteen of twenty joints are nearer than this",
+        1,
+        |m| m.own_error.p95_mm,
+    ),
+    column(
+        "visible",
+        "mm",
+        "the error of joints that at least one sensor truly sees",
+        1,
+        |m| m.own_error_visible.mean_mm,
+    ),
+    column(
+        "hidden",
+        "mm",
+        "the error of joints that no sensor sees, so that they must be guessed",
+        1,
+        |m| m.own_error_occluded.mean_mm,
+    ),
+    column(
+        "MPJPE",
+        "mm",
+        "the error with everything in it: what a marker system beside ours would measure",
+        1,
+        |m| m.error.mean_mm,
+    ),
+    column(
+        "lag",
+        "ms",
+        "how much older the motion is than it says",
+        0,
+        |m| m.lag_ms,
+    ),
+    column(
+        "ahead",
+        "ms",
+        "how long a frame waits for newer ones before it comes out; a choice",
+        0,
+        |m| m.look_ahead_ms,
+    ),
+    column(
+        "jitter",
+        "m/s2",
+        "how much a joint shakes: false acceleration, root mean square",
+        1,
+        |m| m.jitter_mps2,
+    ),
+    column(
+        "bones",
+        "mm",
+        "how much the length of a bone changes over the take (standard deviation)",
+        1,
+        |m| m.bone_sigma_mm,
+    ),
+    column(
+        "wrist",
+        "cm",
+        "mean distance of a wrist from where it truly is (Menard's absolute difference)",
+        1,
+        |m| m.wrist_absolute_cm,
+    ),
+    column(
+        "nearest",
+        "cm",
+        "the same to the nearest place where it truly was within 0.2 s (Menard's shortest distance)",
+        1,
+        |m| m.wrist_shortest_cm,
+    ),
+    column(
+        "spikes",
+        "/min",
+        "how often a joint jumps by 10 cm within four frames and should not",
+        1,
+        |m| m.spikes_per_min,
+    ),
+    column(
+        "strays",
+        "/min",
+        "how often a joint stays 20 cm off for a third of a second (Menard's deviations)",
+        1,
+        |m| m.deviations_per_min,
+    ),
+    column("ids", "", "how often a person got another number", 0, |m| {
+        Some(m.id_switches as f64)
+    }),
+    column(
+        "missed",
+        "%",
+        "people in sight whom nobody follows, share of their frames",
+        2,
+        |m| m.people_missed.map(|share| share * 100.0),
+    ),
+    column(
+        "extra",
+        "%",
+        "people who are not there, share of all that are shown",
+        2,
+        |m| m.tracks_extra.map(|share| share * 100.0),
+    ),
+    Column {
+        smaller_is_better: false,
+        ..column(
+            "sides",
+            "%",
+            "frames in which left and right are right",
+            2,
+            |m| m.sides_right.map(|share| share * 100.0),
+        )
+    },
+    column("engine", "us", "what one frame costs on one core", 0, |m| {
+        m.engine_us_per_frame
+    }),
+];
+
+/// The rows of a table, headings and units first: `labels` name each row.
+pub fn rows<'a>(
+    columns: &[Column],
+    label: &str,
+    runs: impl IntoIterator<Item = (&'a str, &'a Metrics)>,
+) -> Vec<Vec<String>> {
+    let heading = |text: fn(&Column) -> &str, first: &str| {
+        std::iter::once(first.to_owned())
+            .chain(columns.iter().map(|column| text(column).to_owned()))
+            .collect::<Vec<_>>()
+    };
+    let mut rows = vec![heading(|c| c.name, label), heading(|c| c.unit, "")];
+    for (name, metrics) in runs {
+        let cells = columns.iter().map(|column| cell(column, metrics));
+        rows.push(std::iter::once(name.to_owned()).chain(cells).collect());
+    }
+    rows
+}
+
+/// The figure as text; `-` where there is none.
+pub fn cell(column: &Column, metrics: &Metrics) -> String {
+    (column.value)(metrics).map_or_else(
+        || "-".to_owned(),
+        |value| {
+            let rounded = format!("{value:.*}", column.digits);
+            // Minus nothing reads oddly.
+            match rounded
+                .trim_start_matches('-')
+                .chars()
+                .all(|c| "0.".contains(c))
+            {
+                true => rounded.trim_start_matches('-').to_owned(),
+                false => rounded,
+            }
+        },
+    )
+}
