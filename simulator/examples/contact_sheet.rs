@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use posefuse_simulator::load::{LoadError, load};
-use posefuse_simulator::motion::{Action, Cast, Performance};
+use posefuse_simulator::motion::{Action, Cast, Performance, Situation};
 use posefuse_skeleton::{BONES, JointMap, Position, Room};
 
 const CELL: f64 = 170.0;
@@ -42,6 +42,8 @@ fn actions(seed: u64) {
         people: 2,
         area_m: 2.6,
         hugs: true,
+        situation: Situation::Everyday,
+        away_s: 0.0,
     });
     let mut rows: BTreeMap<String, Row> = BTreeMap::new();
     for timed in performance

@@ -26,6 +26,7 @@ mod scenario;
 pub mod sensor;
 mod world;
 
+pub use motion::Situation;
 pub use scenario::{Layout, Scenario, ScenarioError};
-pub use sensor::{SensorErrors, SimBody, SimClock, SimFrame, SimSensor};
+pub use sensor::{BodyTruth, SensorErrors, SimBody, SimClock, SimFrame, SimSensor};
 pub use world::{TruePerson, World, WorldError};

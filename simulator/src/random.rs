@@ -32,6 +32,11 @@ pub(crate) enum Purpose {
     SwapWobble,
     Stale,
     Interference,
+    Burst,
+    Gap,
+    Reorder,
+    Furniture,
+    FurnitureSeen,
 }
 
 /// A stream of random numbers.

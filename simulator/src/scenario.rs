@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::motion::Situation;
 use crate::sensor::SensorErrors;
 
 /// Everything a simulated room follows from.
@@ -19,6 +20,10 @@ pub struct Scenario {
     pub layout: Layout,
     /// Whether pairs of people hug now and then.
     pub hugs: bool,
+    /// What people do most.
+    pub situation: Situation,
+    /// How long somebody who leaves ([`Situation::Leaving`]) stays away: between half of it and this, seconds.
+    pub away_s: f64,
     /// Side of the square that people walk in, around the origin, metres.
     pub area_m: f64,
     /// Frames per second of each sensor.
@@ -37,6 +42,8 @@ impl Default for Scenario {
             sensors: 4,
             layout: Layout::Ring,
             hugs: false,
+            situation: Situation::Everyday,
+            away_s: 1.8,
             area_m: 2.6,
             rate_hz: 30.0,
             structured_light: 0,
@@ -91,6 +98,12 @@ impl Scenario {
             "structured_light",
             "at most the number of sensors",
             self.structured_light,
+        )?;
+        check(
+            (0.1..=60.0).contains(&self.away_s),
+            "away_s",
+            "0.1 to 60 (seconds)",
+            self.away_s,
         )?;
         check(
             (2.0..=20.0).contains(&self.area_m),

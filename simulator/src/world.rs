@@ -52,11 +52,13 @@ impl World {
             people: scenario.people,
             area_m: scenario.area_m,
             hugs: scenario.hugs,
+            situation: scenario.situation,
+            away_s: scenario.away_s,
         });
         Ok(Self::with_performance(scenario, performance))
     }
 
-    /// A room in which each clip is a person; `people`, `area_m` and `hugs` of the scenario are not used.
+    /// A room in which each clip is a person; what the scenario says of people is not used.
     pub fn with_clips(
         scenario: &Scenario,
         clips: impl IntoIterator<Item = Arc<Clip>>,
@@ -91,13 +93,16 @@ impl World {
         &self.performance
     }
 
-    /// Everybody, `seconds` after the scenario's start, in order of their ids.
+    /// Everybody who is in the room `seconds` after the scenario's start, in order of their ids.
     pub fn truth(&self, seconds: f64) -> Vec<TruePerson> {
         let person = |index: usize| TruePerson {
             id: index as u64 + 1,
             joints: self.performance.pose(index, seconds),
         };
-        (0..self.performance.people()).map(person).collect()
+        (0..self.performance.people())
+            .filter(|&index| self.performance.present(index, seconds))
+            .map(person)
+            .collect()
     }
 
     /// How many sensors the room has.

@@ -46,6 +46,8 @@ pub enum Action {
     TPose,
     /// Hug this person (index).
     Hug(usize),
+    /// Lie down on the back with bent knees, stay, get up.
+    Lie,
 }
 
 impl Action {
@@ -70,6 +72,7 @@ impl Action {
         match self {
             Self::Stand => (0.8, 2.5),
             Self::Sit => (6.0, 10.0),
+            Self::Lie => (12.0, 20.0),
             Self::Crouch => (3.6, 5.5),
             Self::Hug(_) => (3.5, 6.0),
             Self::Wave(_) | Self::LookAround | Self::TPose => (3.2, 5.5),
@@ -81,6 +84,7 @@ impl Action {
     fn rise(self) -> f64 {
         match self {
             Self::Sit => 1.7,
+            Self::Lie => 4.0,
             Self::Crouch => 1.3,
             Self::Hug(_) => 1.3,
             Self::PickUp(_) => 1.2,
@@ -93,6 +97,7 @@ impl Action {
     pub(crate) fn reach_ahead(self) -> f64 {
         match self {
             Self::Sit => -0.2,
+            Self::Lie => -0.6,
             Self::PickUp(_) => 0.15,
             _ => 0.0,
         }
@@ -160,6 +165,12 @@ pub(crate) fn act(
             both_arms(posture, [0.95, 0.15, -0.2, 0.75], held);
         }
         Action::Sit => sit(posture, shape, held),
+        Action::Lie => lie(
+            posture,
+            shape,
+            held_for(time, duration, 0.0, 0.55 * rise),
+            held_for(time, duration, 0.45 * rise, 0.55 * rise),
+        ),
         Action::LookAround => {
             posture[HEAD_YAW] += 0.85 * swing(2.6);
             posture[TWIST] += 0.3 * swing(2.6);
@@ -184,6 +195,33 @@ fn sit(posture: &mut Posture, shape: &BodyShape, held: f64) {
     posture[BEND] += 0.1 * held + 2.2 * held * (1.0 - held);
     posture[KNEES_OUT] += 0.12 * held;
     both_arms(posture, [0.55, 0.1, -0.25, 0.95], held);
+}
+
+/// Down on the floor (`down`), then back on it (`flat`), the feet where they stood.
+fn lie(posture: &mut Posture, shape: &BodyShape, down: f64, flat: f64) {
+    use channel::*;
+    let stand = super::kinematics::standing_height(shape);
+    posture[HEIGHT] += (stand - 0.16) * down;
+    posture[FORWARD] -= 0.75 * shape.leg() * down;
+    // Leans forwards while going down, then rolls back.
+    posture[BEND] += 2.4 * down * (1.0 - down) + 0.35 * down * (1.0 - flat) - 1.5 * flat;
+    posture[KNEES_OUT] += 0.15 * down;
+    posture[HEAD_PITCH] += 0.25 * flat;
+    both_arms(posture, [1.1 - 0.7 * flat, 0.35, 0.0, 0.4], down);
+}
+
+/// 0 before `from` seconds after the start, 1 after `rise` more, and the same backwards at the end.
+fn held_for(time: f64, duration: f64, from: f64, rise: f64) -> f64 {
+    ramp((time - from) / rise) * ramp((duration - time - from) / rise)
+}
+
+/// The posture of somebody sitting still at (x, y) with this heading (radians).
+pub(crate) fn seated(shape: &BodyShape, [x, y, heading]: [f64; 3]) -> Posture {
+    let mut posture = at_ease();
+    posture[..3].copy_from_slice(&[x, y, heading]);
+    sit(&mut posture, shape, 1.0);
+    posture[channel::HEIGHT] = super::kinematics::standing_height(shape) - posture[channel::HEIGHT];
+    posture
 }
 
 fn signed(side: Side) -> f64 {

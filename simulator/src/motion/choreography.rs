@@ -7,6 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector2;
 
+use super::Cast;
 use super::action::Action;
 use super::route::{Route, turn, ways};
 use super::script::Plan;
@@ -22,23 +23,19 @@ const HUG_GAP_M: f64 = 0.36;
 /// Distance from which they step up to each other, metres.
 const MEETING_GAP_M: f64 = 1.0;
 
-/// The plans of `people` over one round of roughly `seconds`, inside a square of `area` metres around the origin.
-/// All plans end at the same time, each where it began.
-pub(crate) fn choreograph(
-    seed: u64,
-    people: usize,
-    area: f64,
-    hugs: bool,
-    seconds: f64,
-) -> Vec<Plan> {
-    let mut stream = Stream::new(seed, Purpose::Script, &[people as u64]);
+/// The plans of the cast over one round of roughly `seconds`, inside a square around the origin. All plans end at the
+/// same time, each where it began.
+pub(crate) fn choreograph(cast: &Cast, seconds: f64) -> Vec<Plan> {
+    let people = cast.people;
+    let mut stream = Stream::new(cast.seed, Purpose::Script, &[people as u64]);
     let turn = stream.between(0.0, TAU);
-    let radius = if people == 1 { 0.2 * area } else { 0.36 * area };
+    let radius = if people == 1 { 0.2 } else { 0.36 } * cast.area_m;
     let home = |person: usize| {
         let angle = turn + TAU * person as f64 / people as f64;
+        let inwards = angle + PI;
         Place {
             at: Vector2::new(angle.cos(), angle.sin()) * radius,
-            heading: angle + PI,
+            heading: cast.situation.first_heading().unwrap_or(inwards),
         }
     };
     let mut stage = Stage {
@@ -46,8 +43,8 @@ pub(crate) fn choreograph(
             .map(|person| Plan::starting_at(home(person)))
             .collect(),
         decks: vec![Vec::new(); people],
-        half: 0.5 * area - 0.1,
-        hugs: hugs && people > 1,
+        half: 0.5 * cast.area_m - 0.1,
+        hugs: cast.hugs && people > 1,
         since_hug: 0.0,
         stream,
     };
@@ -55,19 +52,20 @@ pub(crate) fn choreograph(
         plan.act(Action::Stand, 1.0);
     }
     while let Some(person) = stage.next_before(seconds - 12.0) {
-        stage.plan_on(person);
+        stage.play(cast, person);
     }
     stage.all_go_home();
     stage.plans
 }
 
-struct Stage {
-    plans: Vec<Plan>,
+/// The plans in the making.
+pub(super) struct Stage {
+    pub(super) plans: Vec<Plan>,
     decks: Vec<Vec<Action>>,
-    half: f64,
+    pub(super) half: f64,
     hugs: bool,
     since_hug: f64,
-    stream: Stream,
+    pub(super) stream: Stream,
 }
 
 impl Stage {
@@ -78,12 +76,12 @@ impl Stage {
             .filter(|&first| self.plans[first].now() < time)
     }
 
-    fn plan_on(&mut self, person: usize) {
+    pub(super) fn plan_on(&mut self, person: usize) {
         let now = self.plans[person].now();
         if self.hugs && now - self.since_hug > 35.0 {
             self.since_hug = now;
             let other = (person + 1 + self.stream.below(self.plans.len() - 1)) % self.plans.len();
-            if self.hug(person, other) {
+            if self.hug(person, other, HUG_GAP_M, 0.0) {
                 return;
             }
         }
@@ -96,7 +94,7 @@ impl Stage {
     }
 
     /// The next action of the person's deck, which is shuffled anew when it is empty: everything comes up.
-    fn do_something(&mut self, person: usize) {
+    pub(super) fn do_something(&mut self, person: usize) {
         if self.decks[person].is_empty() {
             let mut deck = Action::ON_THE_SPOT.to_vec();
             for last in (1..deck.len()).rev() {
@@ -120,7 +118,7 @@ impl Stage {
     }
 
     /// A walk by a few random corners; half of the time the one that passes closest to somebody.
-    fn walk_about(&mut self, person: usize) -> bool {
+    pub(super) fn walk_about(&mut self, person: usize) -> bool {
         let (here, now) = (self.plans[person].here, self.plans[person].now());
         let mut found: Vec<(f64, Vec<Route>)> = Vec::new();
         for _ in 0..120 {
@@ -156,8 +154,9 @@ impl Stage {
         )
     }
 
-    /// The two walk up to each other, hug, and step back.
-    fn hug(&mut self, a: usize, b: usize) -> bool {
+    /// The two walk up to each other, hug with `gap` metres between their pelvises, each `aside` metres to their left
+    /// of the line between them, and step back.
+    pub(super) fn hug(&mut self, a: usize, b: usize, gap: f64, aside: f64) -> bool {
         for _ in 0..30 {
             let centre = self.somewhere() * 0.55;
             let axis = self.stream.between(0.0, TAU);
@@ -166,7 +165,7 @@ impl Stage {
                     at: centre,
                     heading,
                 }
-                .shifted(-0.5 * MEETING_GAP_M, 0.0)
+                .shifted(-0.5 * MEETING_GAP_M, aside)
             };
             let before = [self.plans[a].clone(), self.plans[b].clone()];
             let start = before[0].now().max(before[1].now());
@@ -177,7 +176,7 @@ impl Stage {
                 let (shortest, longest) = Action::Hug(0).durations();
                 let duration = self.stream.between(shortest, longest);
                 if self.clearance(a, &[b], meet, duration + 7.0, &|_| centre) >= 1.1 {
-                    self.embrace([(a, b), (b, a)], meet, duration);
+                    self.embrace([(a, b), (b, a)], gap, meet, duration);
                     return true;
                 }
             }
@@ -186,8 +185,8 @@ impl Stage {
         false
     }
 
-    fn embrace(&mut self, pairs: [(usize, usize); 2], meet: f64, duration: f64) {
-        let step = 0.5 * (MEETING_GAP_M - HUG_GAP_M);
+    fn embrace(&mut self, pairs: [(usize, usize); 2], gap: f64, meet: f64, duration: f64) {
+        let step = 0.5 * (MEETING_GAP_M - gap);
         for (person, other) in pairs {
             let plan = &mut self.plans[person];
             plan.wait_until(meet);
@@ -204,12 +203,12 @@ impl Stage {
     }
 
     /// Straight to `goal`, in its heading at the end, if nobody comes closer than `clearance`.
-    fn go_to(&mut self, person: usize, goal: Place, clearance: f64) -> bool {
+    pub(super) fn go_to(&mut self, person: usize, goal: Place, clearance: f64) -> bool {
         self.go_by(person, &[goal.at], goal.heading, clearance)
     }
 
     /// The same by one random detour after another.
-    fn go_round_to(&mut self, person: usize, goal: Place, clearance: f64) -> bool {
+    pub(super) fn go_round_to(&mut self, person: usize, goal: Place, clearance: f64) -> bool {
         (0..25).any(|_| {
             let corners = [self.somewhere(), goal.at];
             self.go_by(person, &corners, goal.heading, clearance)

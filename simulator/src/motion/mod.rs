@@ -12,6 +12,8 @@ mod person;
 mod route;
 mod script;
 mod shape;
+mod situation;
+mod situations;
 mod steps;
 #[cfg(test)]
 mod tests;
@@ -25,6 +27,9 @@ pub use action::{Action, Side};
 pub use clip::{Clip, ClipError};
 pub use script::{Script, TimedAction};
 pub use shape::BodyShape;
+pub use situation::Situation;
+
+pub(crate) use person::sitting_still;
 
 use person::Person;
 
@@ -42,6 +47,10 @@ pub struct Cast {
     pub area_m: f64,
     /// Whether pairs of them hug now and then.
     pub hugs: bool,
+    /// What they do most.
+    pub situation: Situation,
+    /// How long somebody who leaves stays away at most, seconds.
+    pub away_s: f64,
 }
 
 /// Several people in motion.
@@ -62,8 +71,7 @@ enum Actor {
 impl Performance {
     /// People who walk, turn, reach, crouch, sit, wave, cross each other and, on request, hug.
     pub fn procedural(cast: Cast) -> Self {
-        let plans =
-            choreography::choreograph(cast.seed, cast.people, cast.area_m, cast.hugs, ROUND_S);
+        let plans = choreography::choreograph(&cast, ROUND_S);
         let person = |(index, plan): (usize, &script::Plan)| {
             let shape = BodyShape::seeded(cast.seed, index);
             let idle = person::idle_stream(cast.seed, index);
@@ -112,6 +120,15 @@ impl Performance {
             Some(Actor::Recorded { clip, moved }) => clip
                 .pose(clip.there_and_back(seconds))
                 .map(|_, position| position.moved(*moved)),
+        }
+    }
+
+    /// Whether person `person` is in the room at `seconds`: whoever left is not, until they come back.
+    pub fn present(&self, person: usize, seconds: f64) -> bool {
+        match self.actors.get(person) {
+            None => false,
+            Some(Actor::Procedural(person)) => person.present(seconds),
+            Some(Actor::Recorded { .. }) => true,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use posefuse_skeleton::{JointMap, Position, Room};
 
-use super::action::{act, at_ease};
+use super::action::{act, at_ease, seated};
 use super::curve::{Track, ramp, smooth_floor};
 use super::kinematics::{
     CHANNELS, FootPose, Posture, assemble, channel, highest_pelvis, standing_height,
@@ -20,6 +20,7 @@ pub(crate) const STEP_S: f64 = 0.05;
 pub(crate) struct Person {
     shape: BodyShape,
     script: Script,
+    absent: Vec<(f64, f64)>,
     round: f64,
     posture: Track<CHANNELS>,
     steps: Steps,
@@ -66,6 +67,7 @@ impl Person {
         Self {
             shape,
             script: plan.script.clone(),
+            absent: plan.absent.clone(),
             round,
             posture: Track::new(STEP_S, postures, turn),
             steps,
@@ -89,10 +91,33 @@ impl Person {
         self.steps.standing(time.rem_euclid(self.round))
     }
 
+    /// Whether the person is in the room.
+    pub(crate) fn present(&self, time: f64) -> bool {
+        let time = time.rem_euclid(self.round);
+        let away = |(from, to): &(f64, f64)| (*from..*to).contains(&time);
+        !self.absent.iter().any(away)
+    }
+
     pub(crate) fn pose(&self, time: f64) -> JointMap<Position<Room>> {
         let time = time.rem_euclid(self.round);
         assemble(&self.shape, &self.posture.at(time), &self.steps.at(time))
     }
+}
+
+/// Somebody who sits and does not move: what a chair looks like to a tracker that takes it for a person.
+pub(crate) fn sitting_still(shape: &BodyShape, place: [f64; 3]) -> JointMap<Position<Room>> {
+    let [x, y, heading] = place;
+    let (sin, cos) = heading.sin_cos();
+    let foot = |left: f64| FootPose {
+        ankle: nalgebra::Vector3::new(
+            x - sin * left * shape.hip_half,
+            y + cos * left * shape.hip_half,
+            shape.ankle_height,
+        ),
+        yaw: heading,
+        pitch: 0.0,
+    };
+    assemble(shape, &seated(shape, place), &[foot(1.0), foot(-1.0)])
 }
 
 /// SpineBase as high as standing, less what the action takes off, and never higher than the legs allow.

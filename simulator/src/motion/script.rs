@@ -45,6 +45,8 @@ pub(crate) struct Plan {
     pub(crate) script: Script,
     /// Beside each action: the way, for the actions that have one.
     routes: Vec<Option<Route>>,
+    /// When the person is out of the room, `(from, to)` seconds of the round, in order.
+    pub(crate) absent: Vec<(f64, f64)>,
     home: Place,
     /// Where the person is when the last action ends.
     pub(crate) here: Place,
@@ -55,6 +57,7 @@ impl Plan {
         Self {
             script: Script::default(),
             routes: Vec::new(),
+            absent: Vec::new(),
             home,
             here: home,
         }

@@ -13,6 +13,8 @@ fn cast(seed: u64, people: usize, hugs: bool) -> Performance {
         people,
         area_m: 2.6,
         hugs,
+        situation: Situation::Everyday,
+        away_s: 0.0,
     })
 }
 
@@ -238,5 +240,113 @@ fn people_are_upright_with_left_on_their_left() {
         assert!(at(&pose, Joint::Head).z > at(&pose, Joint::KneeLeft).z);
         let height = performance.shape(0).unwrap().height;
         assert!(at(&pose, Joint::Head).z < height);
+    }
+}
+
+fn situated(seed: u64, people: usize, situation: Situation) -> Performance {
+    Performance::procedural(Cast {
+        seed,
+        people,
+        area_m: 2.6,
+        hugs: false,
+        situation,
+        away_s: 1.8,
+    })
+}
+
+/// Distance over the floor of the first two people's pelvises.
+fn apart(performance: &Performance, time: f64) -> f64 {
+    let base = |person| at(&performance.pose(person, time), Joint::SpineBase).xy();
+    (base(0) - base(1)).norm()
+}
+
+#[test]
+fn every_situation_moves_smoothly_on_rigid_bones_above_the_floor() {
+    let step = 1.0 / 100.0;
+    for situation in Situation::ALL {
+        let performance = situated(4, 2, situation);
+        let first = performance.pose(1, 0.0);
+        let mut before: Vec<JointMap<Position<Room>>> = Vec::new();
+        for time in times(&performance, step).take(9000) {
+            before.push(performance.pose(1, time));
+            let [a, b, c] = before.as_slice() else {
+                continue;
+            };
+            for bone in BONES {
+                let length = |pose| (at(pose, bone.child) - at(pose, bone.parent)).norm();
+                assert!(
+                    (length(c) - length(&first)).abs() < 1e-9,
+                    "{situation:?} {bone:?}"
+                );
+            }
+            for joint in Joint::ALL {
+                let bend = at(c, joint) - at(b, joint) * 2.0 + at(a, joint);
+                let acceleration = bend.norm() / (step * step);
+                assert!(
+                    acceleration < 90.0,
+                    "{situation:?} {joint} {acceleration} m/s^2 at {time} s"
+                );
+                let height = at(c, joint).z;
+                assert!(
+                    height > -0.03,
+                    "{situation:?} {joint} at {height} m, {time} s"
+                );
+            }
+            before.remove(0);
+        }
+    }
+}
+
+#[test]
+fn people_cross_closely_and_embrace_really() {
+    for seed in 1..=3 {
+        let crossing = situated(seed, 2, Situation::Crossing);
+        let distances: Vec<f64> = times(&crossing, 0.05)
+            .map(|t| apart(&crossing, t))
+            .collect();
+        let closest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((0.38..0.6).contains(&closest), "seed {seed}: {closest} m");
+        let passes = distances
+            .windows(2)
+            .filter(|w| w[0] >= 0.8 && w[1] < 0.8)
+            .count();
+        assert!(passes >= 15, "seed {seed}: {passes} passes");
+        let hugging = situated(seed, 2, Situation::Hugging);
+        let held = times(&hugging, 0.1)
+            .filter(|t| apart(&hugging, *t) < 0.28)
+            .count();
+        assert!(held > 250, "seed {seed}: {held} tenths of a second");
+    }
+}
+
+#[test]
+fn who_leaves_is_gone_for_a_while_and_comes_back() {
+    let performance = situated(2, 2, Situation::Leaving);
+    for person in 0..2 {
+        let present: Vec<bool> = times(&performance, 0.05)
+            .map(|t| performance.present(person, t))
+            .collect();
+        let gone = present.iter().filter(|here| !**here).count() as f64 * 0.05;
+        let left = present.windows(2).filter(|w| w[0] && !w[1]).count();
+        assert!(left >= 6, "left {left} times");
+        let mean_s = gone / left as f64;
+        assert!((0.9..=1.8).contains(&mean_s), "away for {mean_s} s");
+    }
+    let always = situated(2, 1, Situation::Everyday);
+    assert!(times(&always, 0.5).all(|t| always.present(0, t)));
+}
+
+#[test]
+fn who_lies_is_low_and_who_faces_away_shows_no_front() {
+    let lying = situated(3, 1, Situation::Lying);
+    let low = times(&lying, 0.1)
+        .filter(|t| at(&lying.pose(0, *t), Joint::Head).z < 0.4)
+        .count();
+    assert!(low > 300, "{low} tenths of a second");
+    let away = situated(3, 1, Situation::Away);
+    for i in 0..190 {
+        let pose = away.pose(0, f64::from(i) * 0.1);
+        let left = at(&pose, Joint::HipLeft) - at(&pose, Joint::HipRight);
+        assert!(left.cross(&Vector3::z()).x < 0.0, "faces +x at {i} tenths");
     }
 }

@@ -57,6 +57,22 @@ pub struct SensorErrors {
     pub drops: f64,
     /// Share of frames that repeat the bodies of the one before.
     pub stale: f64,
+    /// How often a minute, 0 to 6, frames are held up on their way and then come all at once.
+    pub bursts_per_min: f64,
+    /// For how long they are held up.
+    pub burst_ms: f64,
+    /// How often a minute, 0 to 6, nothing is captured for a while.
+    pub gaps_per_min: f64,
+    /// For how long.
+    pub gap_ms: f64,
+    /// Share of frames that come after the one that was captured after them.
+    pub reordered: f64,
+    /// How often a minute, 0 to 6, the tracker takes a piece of furniture for somebody who sits, for 2 to 5 s. Each
+    /// sensor has its own piece, which stands still at the edge of the area.
+    pub furniture_per_min: f64,
+    /// Whether there is a mirror, 1.2 m wide and 2 m high, in the room: who sees somebody in it takes that for
+    /// somebody behind it.
+    pub mirror: bool,
     /// Growth of the white noise of a structured-light sensor with each other one in the room; a twentieth of the
     /// growth is the share of joints lost.
     pub interference: f64,
@@ -119,6 +135,13 @@ impl SensorErrors {
             delay_jitter_ms: 0.0,
             drops: 0.0,
             stale: 0.0,
+            bursts_per_min: 0.0,
+            burst_ms: 250.0,
+            gaps_per_min: 0.0,
+            gap_ms: 600.0,
+            reordered: 0.0,
+            furniture_per_min: 0.0,
+            mirror: false,
             interference: 0.0,
         }
     }
@@ -172,11 +195,32 @@ impl SensorErrors {
                 time,
             )?;
         }
+        let spells = [
+            ("errors.burst_ms", self.burst_ms),
+            ("errors.gap_ms", self.gap_ms),
+        ];
+        for (field, length) in spells {
+            check(
+                (1.0..=5000.0).contains(&length),
+                field,
+                "1 to 5000 (milliseconds)",
+                length,
+            )?;
+        }
+        let rates = [
+            ("errors.bursts_per_min", self.bursts_per_min),
+            ("errors.gaps_per_min", self.gaps_per_min),
+            ("errors.furniture_per_min", self.furniture_per_min),
+        ];
+        for (field, rate) in rates {
+            check((0.0..=6.0).contains(&rate), field, "0 (off) to 6", rate)?;
+        }
         let shares = [
             ("errors.overconfident", self.overconfident),
             ("errors.swaps", self.swaps),
             ("errors.drops", self.drops),
             ("errors.stale", self.stale),
+            ("errors.reordered", self.reordered),
         ];
         for (field, share) in shares {
             check((0.0..=1.0).contains(&share), field, "0 (off) to 1", share)?;

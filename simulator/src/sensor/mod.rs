@@ -6,10 +6,13 @@
 
 mod clock;
 mod errors;
+mod ghosts;
 mod layout;
 mod noise;
 mod occlusion;
+mod sight;
 mod sightings;
+mod spell;
 mod swap;
 #[cfg(test)]
 mod tests;
@@ -17,7 +20,7 @@ mod tests;
 use std::sync::Arc;
 
 use posefuse_skeleton::{
-    AgentTime, Confidence, Joint, JointMap, Position, RawJoint, Room, Sensor, Transform,
+    AgentTime, JOINT_COUNT, Joint, JointMap, Position, RawJoint, Room, Sensor, Transform,
 };
 
 pub use clock::SimClock;
@@ -26,8 +29,11 @@ pub(crate) use layout::room_from_sensor;
 
 use crate::random::{Purpose, Stream};
 use crate::world::World;
-use noise::{Biases, Drift, Spikes, noisy};
-use occlusion::{Flesh, visible_share};
+use ghosts::{Furniture, Mirror};
+use noise::{Address, Biases, Drift, Spikes, noisy};
+use occlusion::Flesh;
+use sight::{Seen, Sight, confidence};
+use spell::Spells;
 use swap::Facing;
 
 /// What a sensor delivers.
@@ -56,11 +62,16 @@ pub struct SimBody {
     pub joints: Vec<Option<RawJoint>>,
 }
 
-/// Confidence of a joint that the tracker had to guess.
-const GUESSED: f32 = 0.5;
-
-/// A joint is hidden when fewer of its rays than this get through.
-const HIDDEN_BELOW: f64 = 0.5;
+/// What is true of a body that a sensor reported; for evaluation, it never goes with the frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BodyTruth {
+    /// The body's [`SimBody::tracking_id`].
+    pub tracking_id: u64,
+    /// The person's id as in [`crate::TruePerson`]; `None` for furniture and what was seen in a mirror.
+    pub person: Option<u64>,
+    /// Whether left and right of the arms (and shoulders), and of the legs (and hips), were exchanged.
+    pub swapped: [bool; 2],
+}
 
 /// Joints a tracker needs to see to find a person, and to hold on to them.
 const JOINTS_TO_FIND: usize = 14;
@@ -74,13 +85,18 @@ pub struct SimSensor {
     phase_ns: f64,
     next: u64,
     biases: Biases,
-    people: Vec<Tracked>,
+    /// People first, then what is seen of them in the mirror, then the furniture.
+    tracked: Vec<Tracked>,
+    furniture: Furniture,
+    mirror: Mirror,
     spikes: Spikes,
     next_tracking_id: u64,
     before: Vec<SimBody>,
+    truth: Vec<BodyTruth>,
 }
 
-/// What the sensor remembers of one person from frame to frame.
+/// What the sensor remembers of one person, or ghost, from frame to frame.
+#[derive(Default)]
 struct Tracked {
     drift: Drift,
     facing: Facing,
@@ -96,21 +112,21 @@ impl SimSensor {
         let scenario = world.scenario();
         let people = world.performance().people();
         let mut stream = Stream::new(scenario.seed, Purpose::Layout, &[index as u64, 1]);
-        let tracked = |_| Tracked {
-            drift: Drift::default(),
-            facing: Facing::default(),
-            tracking_id: None,
-        };
+        let sensor_from_room = world.room_from_sensor(index).inverse();
+        let subjects = 2 * people + 1;
         Self {
             index,
-            sensor_from_room: world.room_from_sensor(index).inverse(),
+            furniture: Furniture::new(scenario, index, &sensor_from_room),
+            mirror: Mirror::new(scenario, &sensor_from_room),
+            sensor_from_room,
             phase_ns: stream.uniform() * 1e9 / scenario.rate_hz,
             next: 0,
-            biases: Biases::new(scenario.seed, index, people, &scenario.errors),
-            people: (0..people).map(tracked).collect(),
+            biases: Biases::new(scenario.seed, index, subjects, &scenario.errors),
+            tracked: (0..subjects).map(|_| Tracked::default()).collect(),
             spikes: Spikes::default(),
             next_tracking_id: 1,
             before: Vec::new(),
+            truth: Vec::new(),
             world,
         }
     }
@@ -134,16 +150,27 @@ impl SimSensor {
         }
     }
 
+    /// What is true of the bodies of the frame given last, in their order; also of those that got lost on the way.
+    pub fn truth(&self) -> &[BodyTruth] {
+        &self.truth
+    }
+
     /// The next frame.
     pub fn next_frame(&mut self) -> SimFrame {
         let (number, at_ns) = (self.next, self.next_at_ns());
         self.next += 1;
-        let seen = self.look(number, at_ns as f64 * 1e-9);
+        let seconds = at_ns as f64 * 1e-9;
+        let (seen, truth) = self.look(number, seconds);
         let errors = &self.world.scenario().errors;
         let stale = self.stream(Purpose::Stale, number).chance(errors.stale);
         let bodies = if stale { self.before.clone() } else { seen };
+        if !stale {
+            self.truth = truth;
+        }
         self.before.clone_from(&bodies);
-        let dropped = self.stream(Purpose::Drop, number).chance(errors.drops);
+        let gap = self.spells(Purpose::Gap, errors.gaps_per_min, errors.gap_ms);
+        let dropped =
+            self.stream(Purpose::Drop, number).chance(errors.drops) || gap.at(seconds).is_some();
         let mut arrival = self.stream(Purpose::Arrival, number);
         let jitter_ns = errors.clock_jitter_ms * arrival.normal() * 1e6;
         let delay_ms = errors.delay_ms + errors.delay_jitter_ms * arrival.normal().abs();
@@ -152,9 +179,36 @@ impl SimSensor {
             number,
             at_ns,
             captured: clock.shows(at_ns).plus_ns(jitter_ns.round() as i64),
-            arrival_delay_ns: (delay_ms * 1e6).round() as i64,
+            arrival_delay_ns: ((delay_ms + self.held_up_ms(number, seconds)) * 1e6).round() as i64,
             bodies: if dropped { Vec::new() } else { bodies },
             dropped,
+        }
+    }
+
+    /// How much later than usual frame `number`, captured at `seconds`, gets through.
+    fn held_up_ms(&self, number: u64, seconds: f64) -> f64 {
+        let scenario = self.world.scenario();
+        let errors = &scenario.errors;
+        let burst = self.spells(Purpose::Burst, errors.bursts_per_min, errors.burst_ms);
+        let until = burst.at(seconds).map_or(0.0, |(_, end)| end - seconds);
+        let reordered = self
+            .stream(Purpose::Reorder, number)
+            .chance(errors.reordered);
+        let overtaken = if reordered {
+            1.5 / scenario.rate_hz
+        } else {
+            0.0
+        };
+        (until + overtaken) * 1e3
+    }
+
+    fn spells(&self, purpose: Purpose, per_min: f64, length_ms: f64) -> Spells {
+        Spells {
+            seed: self.world.scenario().seed,
+            purpose,
+            sensor: self.index as u64,
+            per_min,
+            length_s: [length_ms * 1e-3; 2],
         }
     }
 
@@ -163,102 +217,103 @@ impl SimSensor {
         Stream::new(seed, purpose, &[self.index as u64, frame])
     }
 
-    /// The bodies of frame `number`, taken at `seconds`.
-    fn look(&mut self, number: u64, seconds: f64) -> Vec<SimBody> {
+    /// Where everybody is who could be seen at `seconds`, sensor frame, in the order of `tracked`; `None` for who is
+    /// not there.
+    fn subjects(&self, seconds: f64) -> Vec<Option<JointMap<Position<Sensor>>>> {
+        let errors = &self.world.scenario().errors;
+        let people = self.world.performance().people();
+        let mut subjects = vec![None; self.tracked.len()];
+        for person in self.world.truth(seconds) {
+            let index = person.id as usize - 1;
+            let here = |_, p: &Position<Room>| self.sensor_from_room.apply(*p);
+            if errors.mirror {
+                let image = self.mirror.image(&person.joints);
+                subjects[people + index] = (!image.is_empty()).then(|| image.map(here));
+            }
+            subjects[index] = Some(person.joints.map(here));
+        }
+        if let (Some((_, joints)), Some(last)) = (self.furniture.at(seconds), subjects.last_mut()) {
+            *last = Some(joints.clone());
+        }
+        subjects
+    }
+
+    /// The bodies of frame `number`, taken at `seconds`, and what is true of them.
+    fn look(&mut self, number: u64, seconds: f64) -> (Vec<SimBody>, Vec<BodyTruth>) {
         let world = Arc::clone(&self.world);
-        let errors = &world.scenario().errors;
-        let truth: Vec<JointMap<Position<Sensor>>> = world
-            .truth(seconds)
-            .iter()
-            .map(|person| person.joints.map(|_, p| self.sensor_from_room.apply(*p)))
-            .collect();
-        let flesh: Vec<Flesh> = truth.iter().map(Flesh::new).collect();
+        let people = world.performance().people();
+        let subjects = self.subjects(seconds);
+        let furniture = subjects.len() - 1;
+        let flesh = |(index, joints): (usize, &Option<JointMap<Position<Sensor>>>)| {
+            let hides = joints.as_ref().filter(|_| index != furniture);
+            Flesh::new(hides.unwrap_or(&JointMap::empty()))
+        };
+        let flesh: Vec<Flesh> = subjects.iter().enumerate().map(flesh).collect();
         self.spikes
-            .step(self.index, number, truth.len(), world.scenario());
-        let mut bodies = Vec::new();
-        for (person, joints) in truth.iter().enumerate() {
-            let address = [self.index as u64, number, person as u64];
-            let tracked = &mut self.people[person];
-            tracked.drift.step(world.scenario(), address);
-            tracked
-                .facing
-                .step(world.scenario(), address, joints, &self.sensor_from_room);
-            let sight = Sight::of(joints, &flesh, person, errors);
-            let enough = if tracked.tracking_id.is_some() {
-                JOINTS_TO_HOLD
-            } else {
-                JOINTS_TO_FIND
-            };
-            if !errors.field_of_view && !errors.occlusion
-                || sight.clear() >= enough.min(joints.len())
-            {
-                let next = &mut self.next_tracking_id;
-                let tracking_id = *tracked.tracking_id.get_or_insert_with(|| {
-                    *next += 1;
-                    *next - 1
-                });
-                let mut raw = noisy(
-                    world.scenario(),
-                    address,
-                    joints,
-                    &sight,
-                    &self.biases,
-                    &tracked.drift,
-                );
-                tracked.facing.swap(&mut raw);
-                self.spikes.apply(person, &mut raw);
-                bodies.push(SimBody {
-                    tracking_id,
-                    joints: Joint::ALL.into_iter().map(|joint| raw[joint]).collect(),
-                });
-            } else {
-                tracked.tracking_id = None;
+            .step(self.index, number, people, world.scenario());
+        let (mut bodies, mut truth) = (Vec::new(), Vec::new());
+        for (subject, joints) in subjects.iter().enumerate() {
+            let address = [self.index as u64, number, subject as u64];
+            match joints {
+                None => self.tracked[subject] = Tracked::default(),
+                Some(joints) => {
+                    let Some(body) = self.report(address, joints, &flesh) else {
+                        continue;
+                    };
+                    truth.push(BodyTruth {
+                        tracking_id: body.tracking_id,
+                        person: (subject < people).then_some(subject as u64 + 1),
+                        swapped: self.tracked[subject].facing.swapped(),
+                    });
+                    bodies.push(body);
+                }
             }
         }
-        bodies
+        (bodies, truth)
     }
-}
 
-/// How well each joint of a person is seen.
-struct Sight(JointMap<Seen>);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Seen {
-    Clearly,
-    Hidden,
-    OutOfView,
-}
-
-impl Sight {
-    fn of(
+    /// What the tracker makes of the joints of subject `address[2]`, if it finds or holds them.
+    fn report(
+        &mut self,
+        address: Address,
         joints: &JointMap<Position<Sensor>>,
         flesh: &[Flesh],
-        person: usize,
-        errors: &SensorErrors,
-    ) -> Self {
-        Self(joints.map(|joint, position| {
-            let at = position.vector();
-            if errors.field_of_view && !layout::in_view(at) {
-                Seen::OutOfView
-            } else if errors.occlusion && visible_share(flesh, person, joint, at) < HIDDEN_BELOW {
-                Seen::Hidden
-            } else {
-                Seen::Clearly
-            }
-        }))
-    }
-
-    fn clear(&self) -> usize {
-        self.0
-            .iter()
-            .filter(|(_, seen)| **seen == Seen::Clearly)
-            .count()
-    }
-}
-
-fn confidence(seen: Seen, overconfident: bool) -> Confidence {
-    match seen {
-        Seen::Hidden if !overconfident => Confidence::saturating(GUESSED),
-        _ => Confidence::FULL,
+    ) -> Option<SimBody> {
+        let scenario = self.world.scenario();
+        let subject = address[2] as usize;
+        let tracked = &mut self.tracked[subject];
+        tracked.drift.step(scenario, address);
+        tracked
+            .facing
+            .step(scenario, address, joints, &self.sensor_from_room);
+        let errors = &scenario.errors;
+        let sight = Sight::of(joints, flesh, subject, errors);
+        // A clip may lack joints; what a mirror shows of somebody is a part of them.
+        let ghost = subject >= self.world.performance().people();
+        let of_all = if ghost { JOINT_COUNT } else { joints.len() };
+        let enough = if tracked.tracking_id.is_some() {
+            JOINTS_TO_HOLD
+        } else {
+            JOINTS_TO_FIND
+        };
+        let found =
+            !errors.field_of_view && !errors.occlusion || sight.clear() >= enough.min(of_all);
+        if !found {
+            tracked.tracking_id = None;
+            return None;
+        }
+        let next = &mut self.next_tracking_id;
+        let tracking_id = *tracked.tracking_id.get_or_insert_with(|| {
+            *next += 1;
+            *next - 1
+        });
+        let drift = &tracked.drift;
+        let mut raw = noisy(scenario, address, joints, &sight, &self.biases, drift);
+        tracked.facing.swap(&mut raw);
+        self.spikes.apply(subject, &mut raw);
+        Some(SimBody {
+            tracking_id,
+            joints: Joint::ALL.into_iter().map(|joint| raw[joint]).collect(),
+        })
     }
 }

@@ -57,6 +57,11 @@ impl Facing {
         }
     }
 
+    /// Whether the labels of the arms, and of the legs, are exchanged.
+    pub(crate) fn swapped(&self) -> [bool; 2] {
+        [self.arms, self.legs]
+    }
+
     /// Exchanges the labels.
     pub(crate) fn swap(&self, raw: &mut JointMap<RawJoint>) {
         if !self.arms && !self.legs {

@@ -2,10 +2,12 @@
 
 mod sight;
 mod sizes;
+mod troubles;
 
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use posefuse_skeleton::Confidence;
 
 use super::*;
 use crate::{Layout, Scenario};
