@@ -28,16 +28,74 @@ pub enum CalibrationError {
         /// The sensors that saw nobody.
         sensors: Vec<String>,
     },
-    /// No chain of shared views joins all sensors.
+    /// A sensor's people are no people: its unit is not the metre.
     #[error(
-        "no shared view joins these groups of sensors: {}; walk where a sensor of one group and a sensor of another \
-         see the person at the same time, or turn sensors until their views overlap, then repeat",
-        in_brackets(.groups)
+        "`{sensor}` sees people {times} times as large as they are; it seems to send {unit} for metres: set its unit, \
+         then repeat"
     )]
+    WrongUnit {
+        /// The sensor.
+        sensor: String,
+        /// How many times, in figures.
+        times: String,
+        /// The unit that would explain it.
+        unit: &'static str,
+    },
+    /// Nothing joins all sensors: they share no view, or do not agree on what they saw.
+    #[error("nothing joins these groups of sensors: {}; {cause}", in_brackets(.groups))]
     Disconnected {
         /// Sensors that could be joined, by name; two groups or more.
         groups: Vec<Vec<String>>,
+        /// Why, as far as that is known.
+        cause: Cause,
     },
+}
+
+/// Why sensors do not agree, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Cause {
+    /// They never saw somebody at the same time.
+    #[error(
+        "walk where a sensor of one group and a sensor of another see you at the same time, or turn sensors until \
+         their views overlap, then repeat"
+    )]
+    Apart,
+    /// Left and right of a sensor's picture are exchanged.
+    #[error(
+        "the picture of `{sensor}` is mirrored: turn mirroring off in its driver or agent, then repeat"
+    )]
+    Mirrored {
+        /// The sensor.
+        sensor: String,
+    },
+    /// A clock is off by more than is searched.
+    #[error(
+        "the clock of `{sensor}` is {} s {}: restart its agent so that its clock is measured again, then repeat",
+        seconds(*.ahead_ms),
+        if *.ahead_ms > 0 { "ahead" } else { "behind" }
+    )]
+    Clock {
+        /// The sensor.
+        sensor: String,
+        /// How far ahead of the others, ms; negative: behind.
+        ahead_ms: i64,
+    },
+    /// They saw somebody at the same time and agree on nothing.
+    #[error(
+        "`{}` and `{}` both saw somebody for {shared_s} s, but not the same motion: let one person walk alone where \
+         both see them whole, check that neither sensor was moved, then repeat",
+        .sensors[0], .sensors[1]
+    )]
+    Strangers {
+        /// The two sensors that shared most.
+        sensors: [String; 2],
+        /// For how long, seconds.
+        shared_s: u64,
+    },
+}
+
+fn seconds(ms: i64) -> String {
+    format!("{:.1}", ms.unsigned_abs() as f64 * 1e-3)
 }
 
 fn list(names: &[String]) -> String {

@@ -11,13 +11,16 @@
 //!
 //! No I/O and no clock: strings and data in, data out. Metres, radians and nanoseconds unless a name says otherwise.
 
+mod against;
 mod collector;
 mod compare;
+mod diagnose;
 mod error;
 mod floor;
 pub mod formats;
 mod graph;
 mod kabsch;
+mod look;
 mod matching;
 mod monitor;
 mod options;
@@ -34,7 +37,7 @@ mod walk;
 
 pub use collector::{Collector, Coverage, SensorCoverage};
 pub use compare::{Change, SensorMove, compare};
-pub use error::CalibrationError;
+pub use error::{CalibrationError, Cause};
 pub use kabsch::{Degenerate, PointPair, RigidFit, kabsch};
 pub use monitor::{DriftMonitor, DriftOptions, SensorDrift};
 pub use options::{HandFloor, Options, Thresholds};

@@ -103,6 +103,10 @@ pub struct Thresholds {
     pub spread_long_m: [f64; 2],
     /// The same across it, m. On one straight line the turn about that line is held by the body's size alone.
     pub spread_short_m: [f64; 2],
+    /// How evenly the person turned, 0..=1: smallest over largest axis of where their shoulders pointed on the floor.
+    /// Who walks up and down a line without turning gives below 0.15; there a narrow way
+    /// ([`Thresholds::spread_short_m`]) leaves the sensors free to turn about it.
+    pub turned: [f64; 2],
     /// Smallest over largest singular value of the joints' cloud: below 0.05 all joints lie near one plane, and the turn
     /// about its normal is the only one held well.
     pub singular_ratio: [f64; 2],
@@ -111,6 +115,26 @@ pub struct Thresholds {
     /// How far a sensor's bone lengths may be off the others', as a share. Trackers differ by up to 10 %;
     /// more is a wrong unit or a mixture of people.
     pub bone_share: [f64; 2],
+    /// How far a sensor's metre may be off the others', as a share, going by where people walked. Simulated sensors
+    /// agree to 2 %; yards for metres are 9 % off.
+    pub scale_share: [f64; 2],
+    /// How far a sensor may seem to have moved during the walk, mm RMS over the people's joints, provided that
+    /// [`Thresholds::moved_sigmas`] says so too.
+    pub moved_mm: [f64; 2],
+    /// The same in standard deviations of what it can be told to.
+    pub moved_sigmas: [f64; 2],
+    /// Share of bodies seen head down: a sensor hung upside down, whose tracker was made for upright people. Its pose
+    /// may well be right, its joints hardly.
+    pub hanging_share: [f64; 2],
+    /// Share of bodies that face the sensor, by their labels. Trackers take people to face them: usual are 0.6 to 0.9.
+    /// One whose picture or labels are mirrored throughout gives under 0.3.
+    pub facing_share: [f64; 2],
+    /// How well a sensor's place must be known beside the others', standard deviation in mm.
+    pub sigma_mm: [f64; 2],
+    /// The same of its direction, degrees.
+    pub sigma_deg: [f64; 2],
+    /// The same of its time offset, ms: somebody who walks moves 1 mm in each.
+    pub sigma_ms: [f64; 2],
     /// How much a pair's residual may rise from the better to the worse half of the walk, mm: more is a sensor
     /// that was bumped half-way.
     pub halves_mm: [f64; 2],
@@ -124,9 +148,18 @@ impl Default for Thresholds {
             shared_s: [10.0, 3.0],
             spread_long_m: [0.35, 0.15],
             spread_short_m: [0.15, 0.02],
+            turned: [0.35, 0.1],
             singular_ratio: [0.05, 0.01],
             floor_share: [0.95, 0.7],
             bone_share: [0.12, 0.3],
+            scale_share: [0.04, 0.15],
+            moved_mm: [25.0, 80.0],
+            moved_sigmas: [3.0, 6.0],
+            hanging_share: [0.7, 1.0],
+            facing_share: [0.35, -1.0],
+            sigma_mm: [30.0, 150.0],
+            sigma_deg: [0.6, 3.0],
+            sigma_ms: [10.0, 50.0],
             halves_mm: [40.0, 100.0],
         }
     }

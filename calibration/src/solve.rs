@@ -2,14 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use posefuse_skeleton::{Calibration, SensorPose, Timestamp, Transform};
+use posefuse_skeleton::{Calibration, Joint, SensorPose, Timestamp, Transform};
 
+use crate::diagnose::Case;
 use crate::graph::{self, Edges};
 use crate::refine::{Choice, Refined, refine};
 use crate::residual::{Evidence, instants, pair_rows, sensor_rows};
 use crate::tracks::SensorTracks;
 use crate::{CalibrationError, Options, Report, SensorRow, SensorWalk, Solution, Verdict, Walk};
-use crate::{floor, pair, verdict};
+use crate::verdict::Findings;
+use crate::{against, diagnose, floor, look, pair, verdict};
 
 /// What lies between a body's skin and its joints, metres, with room for error. Beyond, the rays do not start at the
 /// sensor: the two-Kinect recordings, which their logger turned and moved, give -80 to -340 mm.
@@ -27,6 +29,10 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
     walks.sort_by(|x, y| x.name.cmp(&y.name));
     let names: Vec<&str> = walks.iter().map(|w| w.name.as_str()).collect();
     let root = validate(&names, options)?;
+    let looks = look::look(&walks);
+    if let Some(error) = look::wrong_unit(&looks) {
+        return Err(error);
+    }
     let (start, span_s) = span(&walks);
     let sensors: Vec<SensorTracks> = walks.iter().map(|w| SensorTracks::new(w, start)).collect();
     let blind: Vec<String> = sensors
@@ -50,9 +56,17 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
         0.0
     };
     let edges = edges(&sensors, &solved, max_offset_s);
+    let case = Case {
+        walks: &walks,
+        start,
+        times: &solved,
+        spacing_s,
+        max_offset_s,
+    };
     let tree = graph::spanning_tree(sensors.len(), &edges).map_err(|groups| {
         CalibrationError::Disconnected {
             groups: named(&groups, &names),
+            cause: diagnose::between(&case, &sensors, &groups),
         }
     })?;
     let placed = graph::place(sensors.len(), &tree, &edges);
@@ -75,7 +89,19 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
     let pairs = pair_rows(&evidence, |a, b| tree.contains(&(a, b)));
     let rows = sensor_rows(&evidence, &pairs, &refined.samples, root);
     let pairs: Vec<_> = pairs.into_iter().map(|(_, row, _)| row).collect();
-    let (verdict, reasons) = verdict::judge(&rows, &pairs, &floor.row, options);
+    let suspicions = verdict::suspicions(&rows, &pairs, options);
+    let causes = suspicions.iter().filter_map(|s| diagnose::cause(&case, &sensors, *s));
+    let ray_bias = Joint::ALL.map(|joint| (joint, ray_bias_mm.unwrap_or(0.0) * 1e-3));
+    let findings = Findings {
+        sensors: &rows,
+        pairs: &pairs,
+        floor: &floor.row,
+        looks: &looks,
+        against: &against::against(&evidence, &ray_bias.into_iter().collect()),
+        turned: against::turned(&evidence),
+        causes: &causes.collect::<Vec<_>>(),
+    };
+    let (verdict, reasons) = verdict::judge(&findings, options);
     let rows = none_ahead(rows);
     Ok(Solution {
         calibration: calibration(&evidence, &rows, &floor, verdict, options),

@@ -3,7 +3,15 @@
 
 use posefuse_skeleton::FloorSource;
 
-use crate::{FloorRow, Options, PairRow, Reason, SensorRow, Verdict};
+use crate::against::Against;
+use crate::diagnose::Suspicion;
+use crate::look::Look;
+use crate::{Cause, FloorRow, Options, PairRow, Reason, SensorRow, Verdict};
+
+/// Share of frames with more than one person from which that is said.
+const CROWDED: f64 = 0.1;
+/// A sensor whose last frame is older than this at the walk's end has left, seconds.
+const GONE_S: f64 = 3.0;
 
 /// Which side of a pair of limits a value is on; larger is worse.
 fn above(value: f64, limits: [f64; 2]) -> Verdict {
@@ -36,19 +44,60 @@ impl Reasons {
     }
 }
 
-/// The worst of all reasons, and the reasons, worst first. A lone sensor is judged by the floor and the person's way, and
-/// told so.
-pub(crate) fn judge(
+/// Everything that is known of a solution.
+pub(crate) struct Findings<'f> {
+    pub(crate) sensors: &'f [SensorRow],
+    pub(crate) pairs: &'f [PairRow],
+    pub(crate) floor: &'f FloorRow,
+    /// By sensor, as the next one.
+    pub(crate) looks: &'f [Look],
+    pub(crate) against: &'f [Against],
+    /// How much the person turned: 0 not at all, 1 evenly all around.
+    pub(crate) turned: f64,
+    /// What explains sensors that do not agree.
+    pub(crate) causes: &'f [Cause],
+}
+
+/// The pairs of sensors that disagree so much that a cause should be looked for: the suspect is the one that
+/// disagrees more with all others.
+pub(crate) fn suspicions(
     sensors: &[SensorRow],
     pairs: &[PairRow],
-    floor: &FloorRow,
     options: &Options,
-) -> (Verdict, Vec<Reason>) {
+) -> Vec<Suspicion> {
+    let limits = &options.thresholds;
+    let index = |name: &str| sensors.iter().position(|row| row.name == name);
+    let at_odds = |row: &&PairRow| {
+        row.shared_s >= limits.shared_s[1]
+            && (row.agreeing_share < limits.agreeing_share[1]
+                || row.median_mm > limits.median_mm[1])
+    };
+    let mut odd: Vec<Suspicion> = pairs
+        .iter()
+        .filter(at_odds)
+        .filter_map(|row| {
+            let (a, b) = (index(&row.a)?, index(&row.b)?);
+            let worse = sensors[a].median_mm > sensors[b].median_mm;
+            let (suspect, other) = if worse { (a, b) } else { (b, a) };
+            Some(Suspicion { suspect, other })
+        })
+        .collect();
+    // One accuser for each suspect is enough.
+    odd.sort_by_key(|suspicion| (suspicion.suspect, suspicion.other));
+    odd.dedup_by_key(|suspicion| suspicion.suspect);
+    odd
+}
+
+/// The worst of all reasons, and the reasons, worst first. A lone sensor is judged by the floor and the person's way, and
+/// told so.
+pub(crate) fn judge(findings: &Findings<'_>, options: &Options) -> (Verdict, Vec<Reason>) {
     let mut reasons = Reasons(Vec::new());
-    for row in sensors {
-        check_view(row, sensors.len() == 1, options, &mut reasons);
+    add_causes(findings.causes, &mut reasons);
+    for look in findings.looks {
+        check_look(look, options, &mut reasons);
     }
-    if let [alone] = sensors {
+    check_way(findings, options, &mut reasons);
+    if let [alone] = findings.sensors {
         reasons.0.push(Reason {
             severity: Verdict::Passed,
             what: format!(
@@ -59,22 +108,90 @@ pub(crate) fn judge(
             sensors: vec![alone.name.clone()],
         });
     } else {
-        for row in sensors {
+        for row in findings.sensors {
             check_agreement(row, options, &mut reasons);
+            check_sigma(row, options, &mut reasons);
         }
+        check_scale(findings, options, &mut reasons);
+        check_motion(findings, options, &mut reasons);
     }
-    for row in pairs.iter().filter(|row| row.in_tree) {
-        check_pair(row, options, &mut reasons);
+    let crowded = findings
+        .looks
+        .iter()
+        .any(|look| look.crowded_share > CROWDED);
+    for row in findings.pairs {
+        check_pair(row, crowded, options, &mut reasons);
     }
-    check_floor(floor, options, &mut reasons);
+    note_crowd(findings.looks, &mut reasons);
+    check_floor(findings.floor, options, &mut reasons);
     let mut reasons = reasons.0;
     reasons.sort_by_key(|reason| std::cmp::Reverse(reason.severity));
     let verdict = reasons.first().map_or(Verdict::Passed, |r| r.severity);
     (verdict, reasons)
 }
 
+/// Causes go before the effects that they explain.
+fn add_causes(causes: &[Cause], reasons: &mut Reasons) {
+    for cause in causes {
+        let (sensor, remedy) = match cause {
+            Cause::Mirrored { sensor } => (
+                sensor,
+                "turn mirroring off in its driver or agent, then repeat",
+            ),
+            Cause::Clock { sensor, .. } => (
+                sensor,
+                "restart its agent so that its clock is measured again, then repeat",
+            ),
+            Cause::Apart | Cause::Strangers { .. } => continue,
+        };
+        let what = cause.to_string();
+        let what = what.split(':').next().unwrap_or_default().to_owned();
+        reasons.add(Verdict::Failed, &[sensor], what, remedy);
+    }
+}
+
+/// What a sensor's own frames say.
+fn check_look(look: &Look, options: &Options, reasons: &mut Reasons) {
+    let limits = &options.thresholds;
+    let name = look.name.as_str();
+    reasons.add(
+        above(look.hanging_share, limits.hanging_share),
+        &[name],
+        format!("`{name}` hangs upside down: it sees people head down, and its tracker was made for upright ones"),
+        "turn the sensor the right way up, or turn its picture in its driver, then repeat",
+    );
+    reasons.add(
+        below(look.facing_share, limits.facing_share),
+        &[name],
+        format!(
+            "`{name}` sees people from behind in {:.0} % of its frames, going by their left and right",
+            (1.0 - look.facing_share) * 100.0
+        ),
+        "turn mirroring off in its driver or agent if it is on; walk facing this sensor, too; then repeat",
+    );
+    if look.gone_s > GONE_S {
+        reasons.0.push(Reason {
+            severity: Verdict::Passed,
+            what: format!(
+                "`{name}` sent nothing in the last {:.0} s of the walk",
+                look.gone_s
+            ),
+            remedy: "check its agent; if the sensor was moved since, calibrate again".to_owned(),
+            sensors: vec![name.to_owned()],
+        });
+    }
+}
+
+/// Whether each sensor saw enough of the walk, and the walk went far enough.
+fn check_way(findings: &Findings<'_>, options: &Options, reasons: &mut Reasons) {
+    let alone = findings.sensors.len() == 1;
+    for row in findings.sensors {
+        check_view(row, findings.turned, alone, options, reasons);
+    }
+}
+
 /// Whether a sensor saw enough of the walk.
-fn check_view(row: &SensorRow, alone: bool, options: &Options, reasons: &mut Reasons) {
+fn check_view(row: &SensorRow, turned: f64, alone: bool, options: &Options, reasons: &mut Reasons) {
     let limits = &options.thresholds;
     let name = row.name.as_str();
     let (seen, remedy) = if alone {
@@ -100,15 +217,19 @@ fn check_view(row: &SensorRow, alone: bool, options: &Options, reasons: &mut Rea
         ),
         "do not stand: walk through all of the room",
     );
-    if row.spread_m[0] >= limits.spread_long_m[1] {
+    // Somebody who turns on a line shows all sides, which holds the sensors as a wider way does.
+    let on_a_line = row.spread_m[0] >= limits.spread_long_m[1];
+    if on_a_line && turned < limits.turned[0] {
+        let worst = below(row.spread_m[1], limits.spread_short_m)
+            .min(below(turned, limits.turned).max(Verdict::Weak));
         reasons.add(
-            below(row.spread_m[1], limits.spread_short_m),
+            worst,
             &[name],
             format!(
-                "the person walked on one line in the view of `{name}` (spread across it {:.2} m)",
+                "the person walked on one line in the view of `{name}` (spread across it {:.2} m) and hardly turned",
                 row.spread_m[1]
             ),
-            "walk circles or a figure of eight through all of the room",
+            "walk circles or a figure of eight through all of the room, and turn around now and then",
         );
     }
 }
@@ -129,7 +250,7 @@ fn check_agreement(row: &SensorRow, options: &Options, reasons: &mut Reasons) {
             "`{name}` and the others place the same joint {:.0} mm apart (median)",
             row.median_mm
         ),
-        "check that the sensor stands still, sees whole bodies and is not mirrored, then repeat",
+        "check that the sensor stands still and sees whole bodies, then repeat",
     );
     reasons.add(
         above((row.bone_scale - 1.0).abs(), limits.bone_share),
@@ -149,12 +270,97 @@ fn check_agreement(row: &SensorRow, options: &Options, reasons: &mut Reasons) {
             "the clock of `{name}` seems {:.0} ms off, beyond what is searched",
             row.time_offset_ms
         ),
-        "restart the agent so that its clock is measured again, then repeat",
+        "restart its agent so that its clock is measured again, then repeat",
     );
 }
 
-fn check_pair(row: &PairRow, options: &Options, reasons: &mut Reasons) {
+/// Whether the pose is known well enough.
+fn check_sigma(row: &SensorRow, options: &Options, reasons: &mut Reasons) {
     let limits = &options.thresholds;
+    let name = row.name.as_str();
+    let Some(sigma) = row.sigma else { return };
+    let remedy =
+        "walk longer and wider where this sensor and others see you, turn around, and reach out";
+    reasons.add(
+        above(sigma.position_m * 1e3, limits.sigma_mm),
+        &[name],
+        format!(
+            "the place of `{name}` is known to {:.0} mm only",
+            sigma.position_m * 1e3
+        ),
+        remedy,
+    );
+    let turn_deg = sigma.rotation_rad.to_degrees();
+    reasons.add(
+        above(turn_deg, limits.sigma_deg),
+        &[name],
+        format!("the direction of `{name}` is known to {turn_deg:.1} degrees only"),
+        remedy,
+    );
+    reasons.add(
+        above(sigma.time_s * 1e3, limits.sigma_ms),
+        &[name],
+        format!(
+            "the delay of `{name}` is known to {:.0} ms only",
+            sigma.time_s * 1e3
+        ),
+        "walk faster and swing your arms where this sensor and others see you",
+    );
+}
+
+/// Whether all sensors have the same metre: the one furthest off is told, as it drags the others along.
+fn check_scale(findings: &Findings<'_>, options: &Options, reasons: &mut Reasons) {
+    let off = |against: &Against| against.scale.ln().abs();
+    let all = findings.sensors.iter().zip(findings.against);
+    let Some((row, worst)) = all.max_by(|x, y| off(x.1).total_cmp(&off(y.1))) else {
+        return;
+    };
+    reasons.add(
+        above((worst.scale - 1.0).abs(), options.thresholds.scale_share),
+        &[&row.name],
+        format!(
+            "`{}` sees the same way {:.2} times as long as the others do",
+            row.name, worst.scale
+        ),
+        "check the sensor's unit (metres) and lens settings, then repeat",
+    );
+}
+
+/// Whether a sensor moved: the one that moved most is told, as the others seem to have moved against it.
+fn check_motion(findings: &Findings<'_>, options: &Options, reasons: &mut Reasons) {
+    let limits = &options.thresholds;
+    let motions = findings.sensors.iter().zip(findings.against);
+    let motions = motions.filter_map(|(row, against)| Some((row, against.motion?)));
+    let Some((row, motion)) = motions.max_by(|x, y| x.1.sigmas.total_cmp(&y.1.sigmas)) else {
+        return;
+    };
+    let severity =
+        above(motion.by_mm, limits.moved_mm).min(above(motion.sigmas, limits.moved_sigmas));
+    let names: Vec<&str> = match findings.sensors {
+        [a, b] => vec![&a.name, &b.name],
+        _ => vec![&row.name],
+    };
+    let named: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    reasons.add(
+        severity,
+        &names,
+        format!(
+            "{} moved during the walk, about {:.0} s after its start, by some {:.0} mm and {:.1} degrees",
+            named.join(" or "),
+            motion.at_s,
+            motion.by_mm,
+            motion.turn_deg
+        ),
+        "fix the sensor in place, let nobody touch it, then repeat",
+    );
+}
+
+fn check_pair(row: &PairRow, crowded: bool, options: &Options, reasons: &mut Reasons) {
+    let limits = &options.thresholds;
+    // A pair that shared a moment only says little, and holds nothing unless it is in the tree.
+    if !row.in_tree && row.shared_s < limits.shared_s[0] {
+        return;
+    }
     let pair = [row.a.as_str(), row.b.as_str()];
     let [a, b] = pair;
     reasons.add(
@@ -164,17 +370,23 @@ fn check_pair(row: &PairRow, options: &Options, reasons: &mut Reasons) {
             "`{a}` and `{b}` agree on the person in {:.0} % of their shared frames only",
             row.agreeing_share * 100.0
         ),
-        "let one person walk alone, keep the sensors still, and repeat",
+        if crowded {
+            "several people were in view, and these sensors do not agree who is who: let one person walk alone, then repeat"
+        } else {
+            "let one person walk alone, keep the sensors still, then repeat"
+        },
     );
-    reasons.add(
-        below(row.singular_ratio, limits.singular_ratio),
-        &pair,
-        format!(
-            "what `{a}` and `{b}` saw together is flat (ratio {:.3})",
-            row.singular_ratio
-        ),
-        "turn around, reach out and walk through all of the room",
-    );
+    if row.in_tree {
+        reasons.add(
+            below(row.singular_ratio, limits.singular_ratio),
+            &pair,
+            format!(
+                "what `{a}` and `{b}` saw together is flat (ratio {:.3})",
+                row.singular_ratio
+            ),
+            "turn around, reach out and walk through all of the room",
+        );
+    }
     let [first, second] = row.halves_mm;
     if first > 0.0 && second > 0.0 {
         reasons.add(
@@ -183,6 +395,33 @@ fn check_pair(row: &PairRow, options: &Options, reasons: &mut Reasons) {
             format!("`{a}` and `{b}` agree to {first:.0} mm in the first half of the walk and {second:.0} mm in the second"),
             "a sensor may have been moved during the walk: fix it in place and repeat",
         );
+    }
+}
+
+/// Says that more than one person was seen, where the solver could tell them apart.
+fn note_crowd(looks: &[Look], reasons: &mut Reasons) {
+    let crowded: Vec<String> = looks
+        .iter()
+        .filter(|look| look.crowded_share > CROWDED)
+        .map(|look| look.name.clone())
+        .collect();
+    if let Some(most) = looks
+        .iter()
+        .map(|look| look.crowded_share)
+        .max_by(f64::total_cmp)
+    {
+        if !crowded.is_empty() {
+            reasons.0.push(Reason {
+                severity: Verdict::Passed,
+                what: format!(
+                    "more than one person was in view, in up to {:.0} % of a sensor's frames; those on whom the sensors \
+                     agree were used",
+                    most * 100.0
+                ),
+                remedy: "for the best result let one person walk alone".to_owned(),
+                sensors: crowded,
+            });
+        }
     }
 }
 

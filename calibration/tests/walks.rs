@@ -5,7 +5,7 @@ mod common;
 use common::{
     Errors, Scene, eight, line, looking, middle, other_eight, pair_errors, ring, standing,
 };
-use posefuse_calibration::{CalibrationError, Options, Solution, Verdict, Walk, solve};
+use posefuse_calibration::{CalibrationError, Cause, Options, Solution, Verdict, Walk, solve};
 
 fn options() -> Options {
     Options {
@@ -211,7 +211,8 @@ fn separate_groups_are_named() {
         vec!["s0".to_owned(), "s2".to_owned()],
         vec!["s1".to_owned(), "s3".to_owned()],
     ];
-    assert_eq!(error, CalibrationError::Disconnected { groups });
+    let cause = Cause::Apart;
+    assert_eq!(error, CalibrationError::Disconnected { groups, cause });
     assert!(
         error.to_string().contains("(`s0`, `s2`) and (`s1`, `s3`)"),
         "{error}"
