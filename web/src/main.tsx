@@ -3,6 +3,9 @@
 import { render } from "preact";
 import { startLive } from "./state/live";
 import { startPrefs } from "./state/prefs";
+import { startHarms } from "./state/sensors";
+import { startSpeech } from "./state/speech";
+import { startSpots } from "./state/spots";
 import { startTitle } from "./state/title";
 import { App } from "./ui/App";
 import { startKeys } from "./ui/keys";
@@ -10,9 +13,15 @@ import "./styles/theme.css";
 import "./styles/layout.css";
 import "./styles/parts.css";
 import "./styles/view.css";
+import "./styles/weights.css";
+import "./styles/wizard.css";
+import "./styles/calibrations.css";
 
 startPrefs();
 startKeys();
 startLive();
 startTitle();
+startHarms();
+startSpots();
+startSpeech();
 render(<App />, document.getElementById("app")!);

@@ -1,12 +1,10 @@
 import { create } from "@bufbuild/protobuf";
 import { describe, expect, it } from "vitest";
-import { SensorProgressSchema } from "../gen/posefuse/v1/room_pb";
 import { ObservationSchema, PoseSchema, Provenance, RoomFrameSchema, TrackSchema } from "../gen/posefuse/v1/types_pb";
 import { delayMs } from "./backoff";
 import { ellipsoid } from "./covariance";
 import { bitsOf, decodeFrame, decodeTrack, worse } from "./frame";
 import { BONES, JOINT_COUNT, JOINT_NAMES } from "./joints";
-import { coverage, linkOf } from "./progress";
 import { placeBodies, rigidOf } from "./raw";
 
 const POSITIONS = Array.from({ length: 75 }, (_, i) => i / 10);
@@ -118,15 +116,6 @@ describe("raw skeletons", () => {
     expect(rigidOf(create(PoseSchema, { translation: {}, rotation: {} }))).toBeNull();
     const odd = create(ObservationSchema, { bodies: [{ positions: [1, 2, 3], confidences: [1] }] });
     expect(placeBodies(odd, rigidOf(pose)!, 0)).toEqual([]);
-  });
-});
-
-describe("calibration progress", () => {
-  it("names the partner with most shared frames", () => {
-    const progress = create(SensorProgressSchema, { sensor: "a", cells: 8, shared: { b: 30n, c: 90n } });
-    expect(linkOf(progress, 10)).toEqual({ partner: "c", seconds: 9, grade: "fair" });
-    expect(linkOf(progress, 0)).toEqual({ partner: "c", seconds: 3, grade: "few" });
-    expect([coverage(2), coverage(5), coverage(progress.cells)]).toEqual(["few", "fair", "good"]);
   });
 });
 

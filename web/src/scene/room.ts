@@ -110,6 +110,7 @@ export class RoomScene {
     const moved = places(marks) !== places(this.marks);
     this.marks = marks;
     this.sensors.update(marks);
+    this.host.dataset["muted"] = String(marks.filter((m) => m.muted).length);
     this.name();
     if (moved && this.kept) this.look(this.kept, still);
   }
@@ -131,7 +132,8 @@ export class RoomScene {
     if (this.labelsShown) {
       for (const tip of AXIS_TIPS) labels.push({ key: `axis ${tip.name}`, text: tip.name, kind: `axis axis-${tip.name}`, at: tip.at });
       for (const mark of this.marks) {
-        labels.push({ key: `sensor ${mark.id}`, text: mark.live ? mark.name : `${mark.name} ⚠`, kind: mark.live ? "sensor" : "sensor dead", at: labelPlace(mark) });
+        const text = `${mark.name}${mark.muted ? " (muted)" : ""}${mark.live ? "" : " ⚠"}`;
+        labels.push({ key: `sensor ${mark.id}`, text, kind: mark.live ? "sensor" : "sensor dead", at: labelPlace(mark) });
       }
       for (const person of this.frame.people) {
         const at = topOf(person.joints);

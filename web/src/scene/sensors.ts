@@ -1,9 +1,9 @@
-// Sensors where the calibration puts them: a small camera body and the cone it sees. Built in the sensor's own frame
-// (x right, y down, z forward) and placed by `room_from_sensor`.
+// Sensors where the calibration puts them: a small camera body and the cone it sees; outlines only where a sensor is
+// muted. Built in the sensor's own frame (x right, y down, z forward) and placed by `room_from_sensor`.
 
 import {
-  BoxGeometry, BufferGeometry, Color, CylinderGeometry, DoubleSide, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments,
-  Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, Vector3,
+  BoxGeometry, BufferGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Float32BufferAttribute, Group,
+  LineBasicMaterial, LineDashedMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, Vector3,
 } from "three";
 import type { Rigid } from "../model/raw";
 import type { Palette } from "./palette";
@@ -19,12 +19,15 @@ export interface SensorMark {
   fovVertical: number;
   /** Whether it delivers at present. */
   live: boolean;
+  /** Left out of fusing: drawn hollow. */
+  muted: boolean;
 }
 
 /** How far the drawn cone reaches, metres: enough to tell where a sensor looks, short enough not to fill the room. */
 const CONE_M = 1.5;
 
 const BODY = new BoxGeometry(0.24, 0.06, 0.06);
+const OUTLINE = new EdgesGeometry(BODY);
 const LENS = new CylinderGeometry(0.022, 0.022, 0.03, 16).rotateX(Math.PI / 2).translate(0.05, 0, 0.04);
 
 export class SensorsView {
@@ -65,8 +68,12 @@ export class SensorsView {
   private build(mark: SensorMark, palette: Palette): Group {
     const object = new Group();
     const colour = mark.live ? palette.sensors[mark.colour]! : palette.dead;
-    object.add(new Mesh(BODY, new MeshLambertMaterial({ color: colour })));
-    object.add(new Mesh(LENS, new MeshLambertMaterial({ color: new Color(0x15181b) })));
+    if (mark.muted) {
+      object.add(new LineSegments(OUTLINE, new LineBasicMaterial({ color: colour })));
+    } else {
+      object.add(new Mesh(BODY, new MeshLambertMaterial({ color: colour })));
+      object.add(new Mesh(LENS, new MeshLambertMaterial({ color: new Color(0x15181b) })));
+    }
     if (mark.fovHorizontal > 0 && mark.fovVertical > 0) {
       const cone = coneOf(mark, colour);
       cone.visible = this.cones;
@@ -103,6 +110,11 @@ function coneOf(mark: SensorMark, colour: Color): Group {
   const cone = new Group();
   cone.name = "cone";
   const opacity = mark.live ? 1 : 0.4;
+  if (mark.muted) {
+    const dashes = { color: colour, transparent: true, opacity: 0.35 * opacity, dashSize: 0.08, gapSize: 0.08 };
+    cone.add(new LineSegments(geometry(edges), new LineDashedMaterial(dashes)).computeLineDistances());
+    return cone;
+  }
   cone.add(
     new LineSegments(geometry(edges), new LineBasicMaterial({ color: colour, transparent: true, opacity: 0.45 * opacity })),
     new Mesh(geometry(faces), new MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.035 * opacity, side: DoubleSide, depthWrite: false })),
@@ -114,10 +126,12 @@ function geometry(points: number[]): BufferGeometry {
   return new BufferGeometry().setAttribute("position", new Float32BufferAttribute(points, 3));
 }
 
+const SHARED = new Set<BufferGeometry>([BODY, LENS, OUTLINE]);
+
 function dispose(object: Group): void {
   object.traverse((child) => {
     const mesh = child as Partial<Mesh>;
-    if (mesh.geometry && mesh.geometry !== BODY && mesh.geometry !== LENS) mesh.geometry.dispose();
+    if (mesh.geometry && !SHARED.has(mesh.geometry)) mesh.geometry.dispose();
     for (const material of [mesh.material].flat()) material?.dispose();
   });
 }

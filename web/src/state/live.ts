@@ -10,7 +10,7 @@ import { decodeFrame } from "../model/frame";
 import { placeBodies, rigidOf } from "../model/raw";
 import { explain, room } from "../net/client";
 import { keepOpen, type Kept, type KeepOptions, type LinkState } from "../net/keep";
-import { recordResiduals, recordSpeeds } from "./plots";
+import { recordSensors, recordSpeeds } from "./plots";
 import { colourOf, connection, EMPTY, frames, notify, peopleIds, rawBodies, replay, show, status, statusAt } from "./store";
 import { refreshTakes } from "./takes";
 
@@ -88,7 +88,7 @@ function takeStatus(message: RoomStatus): void {
   const recordingBefore = status.value?.recording?.name;
   status.value = message;
   statusAt.value = performance.now();
-  recordResiduals(message);
+  recordSensors(message);
   if (message.recording?.name !== recordingBefore) void refreshTakes();
   if (knownVersion && message.serverVersion !== knownVersion) {
     notify("info", `The server is now version ${message.serverVersion}. Reload this page to get its dashboard.`);

@@ -1,6 +1,9 @@
-// What this browser remembers: the theme, and whether single keys are shortcuts.
+// What this browser remembers: the theme, and whether single keys are shortcuts; and until it is closed, which figures
+// of the joints are shown.
 
 import { effect, signal } from "@preact/signals";
+
+import type { Quantity } from "../model/contribution";
 
 export type Theme = "system" | "light" | "dark";
 
@@ -26,6 +29,8 @@ const KEYS = "posefuse.keys";
 const stored = read(THEME);
 export const theme = signal<Theme>(stored === "light" || stored === "dark" ? stored : "system");
 export const singleKeys = signal(read(KEYS) !== "off");
+
+export const quantity = signal<Quantity>("weight");
 
 const prefersDark = matchMedia("(prefers-color-scheme: dark)");
 const systemDark = signal(prefersDark.matches);

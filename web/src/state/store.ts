@@ -68,8 +68,11 @@ export type Calibrating =
   | { kind: "closed" }
   | { kind: "intro" }
   | { kind: "running"; progress: CalibrateProgress | null; cancel(): void }
-  | { kind: "done"; result: CalibrateResult }
+  | { kind: "done"; result: CalibrateResult; decision: Decision }
   | { kind: "failed"; trouble: string };
+
+/** What becomes of a result: it is in force only once somebody accepts it. */
+export type Decision = { kind: "open"; trouble: string } | { kind: "busy" } | { kind: "accepted" };
 
 export const calibrating = signal<Calibrating>({ kind: "closed" });
 
@@ -80,11 +83,13 @@ export const calibrateBlocked = computed(() => {
   if (replay.value !== null) return "Go back to the live room first.";
   if (status.value?.recording !== undefined) return "Stop the recording first.";
   if (calibrating.value.kind !== "closed") return "Calibration is open already.";
+  if (status.value?.calibrating) return "Somebody else is calibrating.";
   return "";
 });
 export const canCalibrate = computed(() => calibrateBlocked.value === "");
 
-export const dialog = signal<"none" | "help" | "config">("none");
+export type DialogName = "help" | "config" | "calibrations" | "weights" | "recalibrated";
+export const dialog = signal<"none" | DialogName>("none");
 
 export interface Notice {
   id: number;

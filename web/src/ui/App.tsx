@@ -2,15 +2,18 @@
 
 import { calibrating, replay } from "../state/store";
 import { Banners, Notices } from "./Banners";
-import { CalibratePanel } from "./Calibrate";
-import { CalibrationCard } from "./CalibrationCard";
+import { CalibrationCard } from "./calibrate/Card";
+import { CalibrationsDialog } from "./calibrate/Kept";
+import { CalibratePanel } from "./calibrate/Panel";
 import { ConfigDialog, HelpDialog } from "./Dialogs";
 import { Outputs } from "./Outputs";
 import { Plots } from "./Plots";
 import { RecordBar } from "./RecordBar";
 import { ReplayBar } from "./ReplayBar";
 import { RoomView } from "./RoomView";
-import { Sensors } from "./Sensors";
+import { RecalibratedDialog } from "./sensors/Recalibrated";
+import { Sensors } from "./sensors/Sensors";
+import { WeightsDialog } from "./sensors/Weights";
 import { Takes } from "./Takes";
 import { TopBar } from "./TopBar";
 
@@ -43,6 +46,9 @@ export function App() {
       <Notices />
       <HelpDialog />
       <ConfigDialog />
+      <CalibrationsDialog />
+      <WeightsDialog />
+      <RecalibratedDialog />
     </>
   );
 }

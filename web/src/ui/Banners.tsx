@@ -1,8 +1,9 @@
-// What the operator must know now: no server, the room's troubles; and short notices that pass.
+// What the operator must know now: no server, the room's troubles, a sensor that moved; and short notices that pass.
 
 import { useEffect, useState } from "preact/hooks";
 import { retryNow } from "../state/live";
 import { connection, dismiss, notices, status } from "../state/store";
+import { Alarms } from "./sensors/Alarms";
 
 export function Banners() {
   const c = connection.value;
@@ -15,6 +16,7 @@ export function Banners() {
           <span class="text">{text}</span>
         </div>
       ))}
+      {c.kind === "online" && <Alarms />}
     </div>
   );
 }

@@ -1,34 +1,11 @@
 // Two dialogs: the keyboard shortcuts, and the configuration in force.
 
-import type { ComponentChildren } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useState } from "preact/hooks";
 import { explain, room } from "../net/client";
 import { singleKeys } from "../state/prefs";
-import { dialog, status } from "../state/store";
+import { status } from "../state/store";
 import { SHORTCUTS } from "./keys";
-
-function Modal(props: { name: "help" | "config"; title: string; children: ComponentChildren }) {
-  const ref = useRef<HTMLDialogElement>(null);
-  const open = dialog.value === props.name;
-  useEffect(() => {
-    if (open && !ref.current?.open) ref.current?.showModal();
-    if (!open && ref.current?.open) ref.current.close();
-  }, [open]);
-  const close = () => (dialog.value = "none");
-  return (
-    <dialog ref={ref} aria-labelledby={`${props.name}-title`} data-testid={`${props.name}-dialog`} onClose={close} onClick={(e) => e.target === ref.current && close()}>
-      <div class="dialog-inner">
-        <header class="dialog-head">
-          <h2 id={`${props.name}-title`}>{props.title}</h2>
-          <button type="button" onClick={close}>
-            Close
-          </button>
-        </header>
-        {open && props.children}
-      </div>
-    </dialog>
-  );
-}
+import { Modal } from "./Modal";
 
 const VIEW_KEYS = [
   ["← → ↑ ↓", "Turn the view"],

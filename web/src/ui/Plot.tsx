@@ -21,6 +21,9 @@ export interface Line {
 
 interface Props {
   title: string;
+  /** Other things the plot can show in its place; `title` is one of their labels. */
+  choices?: { key: string; label: string }[];
+  onChoose?(key: string): void;
   unit: string;
   digits: number;
   /** Smallest top of the value axis, so that noise does not fill the plot. */
@@ -37,6 +40,11 @@ const BOTTOM = 16;
 const TOP = 8;
 /** A pause longer than this is drawn as a gap, seconds. */
 const GAP = 1.2;
+
+/** The figures of a plot over minutes come less often. */
+function gapOf(span: number): number {
+  return Math.max(GAP, span / 60);
+}
 
 export function Plot(props: Props) {
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -60,7 +68,7 @@ export function Plot(props: Props) {
     <section class="plot" aria-label={props.title} data-testid={props.testid} data-lines={lines.filter((l) => l.series?.points.length).length}>
       <header class="plot-head">
         <h2>
-          {props.title} <span class="muted">{props.unit}</span>
+          {props.choices ? <Choice {...props} choices={props.choices} /> : props.title} <span class="muted">{props.unit}</span>
         </h2>
         <div class="plot-legend" role="group" aria-label="Lines">
           {lines.map((line) => {
@@ -97,6 +105,18 @@ export function Plot(props: Props) {
   );
 }
 
+function Choice({ title, choices, onChoose, testid }: Props & { choices: { key: string; label: string }[] }) {
+  return (
+    <select class="plot-choice" aria-label="What the plot shows" data-testid={`${testid}-choice`} onChange={(event) => onChoose?.(event.currentTarget.value)}>
+      {choices.map(({ key, label }) => (
+        <option key={key} value={key} selected={label === title}>
+          {label}
+        </option>
+      ))}
+    </select>
+  );
+}
+
 function toggled(set: ReadonlySet<string>, item: string): ReadonlySet<string> {
   const next = new Set(set);
   if (!next.delete(item)) next.add(item);
@@ -129,7 +149,7 @@ function draw(canvas: HTMLCanvasElement, lines: Line[], props: Props, hover: num
   drawAxes(g, width, height, top, props.span, scale.y);
   g.lineWidth = 1.5;
   g.lineJoin = "round";
-  for (const line of lines) drawLine(g, line, scale, latest - props.span);
+  for (const line of lines) drawLine(g, line, scale, latest - props.span, gapOf(props.span));
   if (hover !== null && Number.isFinite(latest)) {
     const x = LEFT + hover * (width - LEFT);
     g.strokeStyle = cssColour("--muted");
@@ -157,14 +177,16 @@ function drawAxes(g: CanvasRenderingContext2D, width: number, height: number, to
     g.fillText(String(Number((share * top).toPrecision(3))), LEFT - 5, at);
   }
   g.textBaseline = "alphabetic";
-  for (let back = span; back >= 0; back -= 10) {
+  // Minutes leave one out, or their labels would touch.
+  const step = span > 60 ? 120 : 10;
+  for (const back of [...Array.from({ length: Math.ceil(span / step) }, (_, i) => span - i * step), 0]) {
     const x = LEFT + (1 - back / span) * (width - LEFT);
     g.textAlign = back === span ? "left" : back === 0 ? "right" : "center";
-    g.fillText(back === 0 ? "now" : `−${back} s`, x, height - 3);
+    g.fillText(back === 0 ? "now" : span > 60 ? `−${back / 60} min` : `−${back} s`, x, height - 3);
   }
 }
 
-function drawLine(g: CanvasRenderingContext2D, line: Line, scale: { x(t: number): number; y(v: number): number }, from: number): void {
+function drawLine(g: CanvasRenderingContext2D, line: Line, scale: { x(t: number): number; y(v: number): number }, from: number, gap: number): void {
   const points = line.series?.points ?? [];
   g.strokeStyle = cssColour(line.colour);
   g.beginPath();
@@ -172,7 +194,7 @@ function drawLine(g: CanvasRenderingContext2D, line: Line, scale: { x(t: number)
   for (const { time, value } of points) {
     if (time < from) continue;
     const x = scale.x(time);
-    if (time - before > GAP) g.moveTo(x, scale.y(value));
+    if (time - before > gap) g.moveTo(x, scale.y(value));
     else g.lineTo(x, scale.y(value));
     before = time;
   }

@@ -90,7 +90,7 @@ function liveMarks(): SensorMark[] {
     if (!rigid || !s.info) continue;
     marks.push({
       id: s.info.id, name: s.info.name, colour: colourOf(s.info.name), rigid,
-      fovHorizontal: s.fovHorizontalDeg, fovVertical: s.fovVerticalDeg, live: s.state === SensorState.LIVE,
+      fovHorizontal: s.fovHorizontalDeg, fovVertical: s.fovVerticalDeg, live: s.state === SensorState.LIVE, muted: s.muted,
     });
   }
   return marks;
@@ -100,7 +100,7 @@ function replayMarks(): SensorMark[] {
   return [...replayPlaces.value].map(([id, { name, rigid }]) => {
     // A take does not say what its sensors could see; the same sensor in the live room does.
     const known = sensors.peek().find((s) => s.info?.name === name);
-    return { id, name, colour: colourOf(name), rigid, fovHorizontal: known?.fovHorizontalDeg ?? 0, fovVertical: known?.fovVerticalDeg ?? 0, live: true };
+    return { id, name, colour: colourOf(name), rigid, fovHorizontal: known?.fovHorizontalDeg ?? 0, fovVertical: known?.fovVerticalDeg ?? 0, live: true, muted: false };
   });
 }
 

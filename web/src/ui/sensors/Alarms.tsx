@@ -1,0 +1,37 @@
+// Banners of sensors that no longer stand where the calibration says, each with what to do about it.
+
+import { alarmsOf, type Alarm } from "../../model/drift";
+import { mute, muting, recalibrate, recalibration } from "../../state/sensors";
+import { sensors } from "../../state/store";
+
+export function Alarms() {
+  return (
+    <>
+      {alarmsOf(sensors.value).map((alarm) => (
+        <MovedBanner key={alarm.sensor} alarm={alarm} />
+      ))}
+    </>
+  );
+}
+
+function MovedBanner({ alarm: { sensor, amount, muted } }: { alarm: Alarm }) {
+  const busy = recalibration.value.kind === "busy" ? recalibration.value.sensor : null;
+  return (
+    <div class="banner warn" data-testid="drift-alarm" data-sensor={sensor}>
+      <span class="icon" aria-hidden="true">▲</span>
+      <span role="alert">
+        <strong>{sensor} has moved</strong> by about {amount} since it was calibrated.
+        {muted ? " It is muted." : " What it sees is off by as much."}
+      </span>
+      <span class="grow" />
+      <button type="button" class="primary" disabled={busy !== null} data-testid="recalibrate-button" onClick={() => void recalibrate(sensor)}>
+        {busy === sensor ? "Recalibrating …" : `Recalibrate ${sensor}`}
+      </button>
+      {!muted && (
+        <button type="button" disabled={muting.value.has(sensor)} aria-label={`Mute ${sensor}`} onClick={() => void mute(sensor, true)}>
+          Mute
+        </button>
+      )}
+    </div>
+  );
+}
