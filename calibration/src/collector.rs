@@ -153,6 +153,16 @@ impl Collector {
         }
     }
 
+    /// Leaves out a sensor, with all that it saw and shared.
+    pub fn remove(&mut self, sensor: SensorId) {
+        self.sensors.remove(&sensor);
+        for other in self.sensors.values_mut() {
+            other.shared_ns.remove(&sensor);
+            other.shared_frames.remove(&sensor);
+            other.shared_cells.remove(&sensor);
+        }
+    }
+
     /// The sensors that are gathered from, by number.
     pub fn sensors(&self) -> impl Iterator<Item = (SensorId, &str)> {
         self.sensors.iter().map(|(id, s)| (*id, s.name.as_str()))
