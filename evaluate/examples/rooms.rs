@@ -1,7 +1,7 @@
 //! The figures of `posefuse evaluate simulated` without the rest of the program, which is quicker to build.
 //!
-//! `cargo run --release -p posefuse-evaluate --example rooms -- [seeds] [seconds] [rooms] [methods]`, for example
-//! `-- 3 20 ring4,arc2 menard,kalman`. Errors are harsh, calibrations perfect.
+//! `cargo run --release -p posefuse-evaluate --example rooms -- [seeds] [seconds] [rooms] [methods] [harsh|mild]`, for example
+//! `-- 3 20 ring4,arc2 menard,kalman`. Calibrations are perfect.
 
 use std::sync::Arc;
 
@@ -19,7 +19,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let seeds: u64 = argument(0, "3").parse()?;
     let names = argument(2, "ring4,arc2");
-    let settings = names.split(',').map(Setting::named);
+    let harsh = argument(4, "harsh") == "harsh";
+    let settings = names.split(',').map(|name| {
+        let setting = Setting::named(name)?;
+        Some(if harsh { setting } else { setting.mild() })
+    });
     let methods = argument(3, "mean,menard,weighted,kalman-0,kalman");
     let methods = methods.split(',').map(preset);
     let suite = Suite {

@@ -19,7 +19,7 @@ pub struct Method {
 pub const REFERENCE: &str = "menard";
 
 /// The names that [`preset`] knows, and what they are.
-pub const PRESETS: [(&str, &str); 6] = [
+pub const PRESETS: [(&str, &str); 7] = [
     (
         "mean",
         "the mean of all joints of trusted confidence (Menard 2014), labelled as the sensors label them",
@@ -33,7 +33,8 @@ pub const PRESETS: [(&str, &str); 6] = [
         "weighted by each sensor's noise, then bones and smoothing",
     ),
     ("kalman-0", "the filter, each frame at once"),
-    ("kalman", "the filter, one frame of look-ahead: what ships"),
+    ("kalman", "what ships"),
+    ("kalman-1", "the filter, one frame of look-ahead"),
     ("kalman-3", "the filter, three frames of look-ahead"),
 ];
 
@@ -51,7 +52,15 @@ pub fn preset(name: &str) -> Option<Method> {
         other => {
             config.fuse.method = FuseMethod::Kalman;
             let ahead = other.strip_prefix("kalman-").and_then(|n| n.parse().ok());
-            config.fuse.look_ahead = ahead.unwrap_or(config.fuse.look_ahead);
+            if let Some(ahead) = ahead {
+                config.fuse.look_ahead = ahead;
+                // Waiting is the filter's alone.
+                config
+                    .stages
+                    .iter_mut()
+                    .filter(|stage| stage.look_ahead_frames() > 0)
+                    .for_each(|stage| stage.set_enabled(false));
+            }
         }
     }
     Some(Method {

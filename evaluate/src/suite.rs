@@ -48,6 +48,18 @@ impl Setting {
     }
 }
 
+impl Setting {
+    /// The same with the errors that the project began with: no interference, perfect mirror images.
+    pub fn mild(self) -> Self {
+        let scenario = Scenario {
+            structured_light: 0,
+            errors: SensorErrors::default(),
+            ..self.scenario
+        };
+        Self { scenario, ..self }
+    }
+}
+
 /// What is compared.
 pub struct Suite<'a> {
     /// The rooms.

@@ -86,11 +86,10 @@ fn look(world: &World, seconds: f64) -> (Vec<Sighted>, f64) {
     for sensor in 0..world.sensor_count() {
         for (person, seen) in world.sightings(sensor, seconds).iter().enumerate() {
             for (joint, covariance) in seen.iter() {
-                let Some(inverse) = covariance.try_inverse() else {
-                    continue;
-                };
                 let slot = information[person][joint].get_or_insert((0, Matrix3::zeros()));
                 slot.0 += 1;
+                // Without noise there is no bound either.
+                let inverse = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
                 slot.1 += inverse;
             }
         }
