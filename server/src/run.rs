@@ -97,9 +97,10 @@ impl Running {
     async fn start<L>(config: Config, parts: &Parts<L>) -> Result<Self, ServerError> {
         let troubles = recover_takes(parts).await?;
         let (storage, calibration) = (parts.calibration.clone(), config.calibration.clone());
+        let now = parts.clock.rfc3339();
         let calibration = parts
             .threads
-            .blocking(move || CalibrationStore::load(storage, &calibration))
+            .blocking(move || CalibrationStore::load(storage, &calibration, &now))
             .await?;
         let first = calibration.current().map(Input::Calibration);
         let Fusion {

@@ -1,30 +1,27 @@
-//! The calibration in force, and its file: read at the start, written in one step, earlier ones kept with their time.
+//! The calibration in force, and its file: read at the start, written in one step, each kept with its time (`history`).
 
-use std::io;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use posefuse_calibration::{from_toml, to_toml};
+use posefuse_calibration::to_toml;
 use posefuse_fusion::{ConfigError, Input};
 use posefuse_session::{Storage, check_take_name};
 use posefuse_skeleton::Calibration;
 use serde::{Deserialize, Serialize};
 use tonic::Status;
 
-use super::Room;
+use super::{Room, history};
 
 /// What to do without a calibration.
 pub(super) const REMEDY: &str =
     "run `posefuse calibrate`, or press Calibrate on the dashboard, and walk about for 30 s";
-/// Largest calibration file that is read, bytes.
-const MAX_FILE: u64 = 1 << 20;
 
 /// Where the calibration is kept. Section `[calibration]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// The file; earlier ones are kept beside it with their time in the name.
+    /// The file; a copy of each calibration that was ever put in force is kept beside it, with its time in the name.
     pub file: PathBuf,
 }
 
@@ -79,10 +76,16 @@ impl Drop for Calibrating {
 
 impl CalibrationStore {
     /// Reads the file. One that cannot be used is a trouble to show, not a reason not to start.
-    pub(crate) fn load(storage: Arc<dyn Storage>, config: &Config) -> Self {
+    /// `now` is the civil time, RFC 3339.
+    pub(crate) fn load(storage: Arc<dyn Storage>, config: &Config, now: &str) -> Self {
         let file = config.file_name();
-        let (current, trouble) = match read(&*storage, &file) {
-            Ok(calibration) => (calibration.map(Arc::new), None),
+        let (current, trouble) = match history::read(&*storage, &file) {
+            Ok(calibration) => {
+                if let Err(error) = history::adopt(&*storage, &file, now) {
+                    tracing::warn!("no copy of the calibration can be kept: {error}");
+                }
+                (calibration.map(Arc::new), None)
+            }
             Err(problem) => {
                 let trouble = format!(
                     "the calibration file {file} in {} is not used: {problem}",
@@ -106,6 +109,11 @@ impl CalibrationStore {
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .clone()
+    }
+
+    /// The folder, and the file's name in it.
+    pub(super) fn place(&self) -> (Arc<dyn Storage>, String) {
+        (self.storage.clone(), self.file.clone())
     }
 
     pub(super) fn trouble(&self) -> Option<String> {
@@ -145,16 +153,30 @@ impl Room {
         self: &Arc<Self>,
         calibration: Calibration,
     ) -> Result<(), Status> {
+        let text = to_toml(&calibration);
+        self.put_text_in_force(calibration, text).await
+    }
+
+    /// The same with the text for the file, which must be that of `calibration`.
+    pub(super) async fn put_text_in_force(
+        self: &Arc<Self>,
+        calibration: Calibration,
+        text: String,
+    ) -> Result<(), Status> {
         // On a task of its own: a client that goes away must not leave file, engine and server with different ones.
         let room = self.clone();
-        let change = async move { room.change_calibration(calibration).await };
+        let change = async move { room.change_calibration(calibration, text).await };
         self.tasks
             .spawn(change)
             .await
             .map_err(|_| Status::internal("changing the calibration failed"))?
     }
 
-    async fn change_calibration(&self, calibration: Calibration) -> Result<(), Status> {
+    async fn change_calibration(
+        &self,
+        calibration: Calibration,
+        text: String,
+    ) -> Result<(), Status> {
         let _changing = self.changing.lock().await;
         if self.stop.is_cancelled() {
             return Err(Status::unavailable("the server is stopping"));
@@ -166,13 +188,10 @@ impl Room {
         }
         let (store, calibration) = (&self.calibration, Arc::new(calibration));
         let (storage, file) = (store.storage.clone(), store.file.clone());
-        let (text, stamp) = (
-            to_toml(&calibration),
-            self.clock.rfc3339().replace(':', "-"),
-        );
+        let now = self.clock.rfc3339();
         let written = self
             .threads
-            .blocking(move || write(&*storage, &file, &text, &stamp))
+            .blocking(move || history::write(&*storage, &file, &text, &now))
             .await;
         written
             .map_err(|error| Status::internal(error.to_string()))?
@@ -192,79 +211,23 @@ impl Room {
     }
 }
 
-fn read_bytes(storage: &dyn Storage, file: &str) -> io::Result<Option<Vec<u8>>> {
-    let file = match storage.open(file) {
-        Ok(file) => file,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(error),
-    };
-    let length = file.length()?;
-    if length > MAX_FILE {
-        return Err(io::Error::other(format!(
-            "it has {length} bytes, far too many for a calibration"
-        )));
-    }
-    let mut bytes = vec![0; length as usize];
-    file.read_at(0, &mut bytes)?;
-    Ok(Some(bytes))
-}
-
-fn read(storage: &dyn Storage, file: &str) -> Result<Option<Calibration>, String> {
-    let Some(bytes) = read_bytes(storage, file).map_err(|error| error.to_string())? else {
-        return Ok(None);
-    };
-    let text = String::from_utf8(bytes).map_err(|_| "it is not text".to_owned())?;
-    from_toml(&text)
-        .map(Some)
-        .map_err(|error| error.to_string())
-}
-
-/// Writes the file in one step; what it held before goes into a file with `stamp` in its name.
-fn write(storage: &dyn Storage, file: &str, text: &str, stamp: &str) -> io::Result<()> {
-    if let Some(old) = read_bytes(storage, file)?
-        && old != text.as_bytes()
-    {
-        let stem = file.strip_suffix(".toml").unwrap_or(file);
-        put(storage, &format!("{stem}.until-{stamp}.toml"), &old)?;
-    }
-    put(storage, file, text.as_bytes())?;
-    storage.sync()
-}
-
-/// Writes `bytes` beside `file`, then renames, so that a crash leaves the old or the new one.
-fn put(storage: &dyn Storage, file: &str, bytes: &[u8]) -> io::Result<()> {
-    let beside = format!("{file}.new");
-    match storage.remove(&beside) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-        _ => {}
-    }
-    let mut new = storage.create(&beside)?;
-    new.append(bytes)?;
-    new.sync()?;
-    drop(new);
-    storage.rename(&beside, file)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use posefuse_session::MemoryStorage;
 
     #[test]
-    fn the_old_file_is_kept_and_a_bad_one_is_named() {
-        let storage = MemoryStorage::new();
-        write(&storage, "calibration.toml", "one", "t1").unwrap();
-        write(&storage, "calibration.toml", "two", "t2").unwrap();
-        assert_eq!(storage.read("calibration.toml").unwrap(), b"two");
-        assert_eq!(storage.read("calibration.until-t2.toml").unwrap(), b"one");
-        assert_eq!(storage.list().unwrap().len(), 2);
-
-        let store = CalibrationStore::load(Arc::new(storage), &Config::default());
+    fn a_bad_file_is_named_and_a_good_one_kept() {
+        let bad = ("calibration.toml".to_owned(), b"two".to_vec());
+        let storage = MemoryStorage::holding([bad]);
+        let now = "2026-01-01T00:00:00Z";
+        let store = CalibrationStore::load(Arc::new(storage.clone()), &Config::default(), now);
         assert!(store.current().is_none());
         let trouble = store.trouble().unwrap();
         assert!(
             trouble.contains("calibration.toml") && trouble.contains("not used"),
             "{trouble}"
         );
+        assert_eq!(storage.list().unwrap().len(), 1);
     }
 }

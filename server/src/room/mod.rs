@@ -2,7 +2,10 @@
 
 mod calibrate;
 mod calibration;
+mod calibration_result;
+mod calibrations;
 mod catalogue;
+mod history;
 mod recording;
 mod replay;
 mod sensors;

@@ -123,35 +123,42 @@ impl v1::room_server::Room for RoomService {
         &self,
         _: Request<v1::ListCalibrationsRequest>,
     ) -> Answer<v1::ListCalibrationsResponse> {
-        Err(Status::unimplemented("not yet"))
+        self.0.list_calibrations().await.map(Response::new)
     }
 
     async fn restore_calibration(
         &self,
-        _: Request<v1::RestoreCalibrationRequest>,
+        request: Request<v1::RestoreCalibrationRequest>,
     ) -> Answer<v1::Calibration> {
-        Err(Status::unimplemented("not yet"))
+        let name = request.into_inner().name;
+        self.0.restore_calibration(name).await.map(Response::new)
     }
 
     async fn compare_calibrations(
         &self,
-        _: Request<v1::CompareCalibrationsRequest>,
+        request: Request<v1::CompareCalibrationsRequest>,
     ) -> Answer<v1::CompareCalibrationsResponse> {
-        Err(Status::unimplemented("not yet"))
+        let request = request.into_inner();
+        self.0
+            .compare_calibrations(request)
+            .await
+            .map(Response::new)
     }
 
     async fn export_calibration(
         &self,
-        _: Request<v1::ExportCalibrationRequest>,
+        request: Request<v1::ExportCalibrationRequest>,
     ) -> Answer<v1::CalibrationFile> {
-        Err(Status::unimplemented("not yet"))
+        let request = request.into_inner();
+        self.0.export_calibration(request).await.map(Response::new)
     }
 
     async fn import_calibration(
         &self,
-        _: Request<v1::ImportCalibrationRequest>,
+        request: Request<v1::ImportCalibrationRequest>,
     ) -> Answer<v1::Calibration> {
-        Err(Status::unimplemented("not yet"))
+        let request = request.into_inner();
+        self.0.import_calibration(request).await.map(Response::new)
     }
 
     async fn recalibrate_sensor(

@@ -5,8 +5,10 @@ use std::time::Duration;
 
 use futures_util::{Stream, stream};
 use posefuse_proto::{calibration_to_wire, v1};
+use posefuse_skeleton::Calibration;
 use tonic::Status;
 
+use super::calibrations::listed;
 use super::service::pause;
 use super::{Room, calibration, sensors};
 
@@ -61,17 +63,8 @@ fn troubles(room: &Room, sensors: &[v1::SensorStatus]) -> Vec<String> {
     } else if room.calibration.current().is_none() {
         troubles.extend(no_calibration(sensors));
     }
-    let uncalibrated: Vec<_> = sensors
-        .iter()
-        .filter(|sensor| !sensor.calibrated)
-        .filter_map(|sensor| Some(format!("`{}`", sensor.info.as_ref()?.name)))
-        .collect();
-    if room.calibration.current().is_some() && !uncalibrated.is_empty() {
-        troubles.push(format!(
-            "the calibration does not know {}: what they see is not used; {}",
-            uncalibrated.join(", "),
-            calibration::REMEDY
-        ));
+    if let Some(current) = room.calibration.current() {
+        troubles.extend(of_other_sensors(&current, sensors));
     }
     match room.disk_free() {
         Some(free) if free < room.config.takes.min_free_mb.saturating_mul(1_000_000) => troubles.push(format!(
@@ -85,6 +78,44 @@ fn troubles(room: &Room, sensors: &[v1::SensorStatus]) -> Vec<String> {
     }
     troubles.extend(room.takes.troubles());
     troubles
+}
+
+/// That the calibration is not, or not only, of the sensors that are here.
+fn of_other_sensors(calibration: &Calibration, sensors: &[v1::SensorStatus]) -> Option<String> {
+    let name = |sensor: &v1::SensorStatus| Some(sensor.info.as_ref()?.name.clone());
+    let here: Vec<String> = sensors.iter().filter_map(name).collect();
+    let unknown = sensors.iter().filter(|sensor| !sensor.calibrated);
+    let unknown: Vec<String> = unknown.filter_map(name).collect();
+    if unknown.is_empty() {
+        return None;
+    }
+    let absent = calibration
+        .sensors
+        .keys()
+        .filter(|name| !here.contains(*name));
+    let absent = listed(absent.map(String::as_str));
+    let unknown = listed(unknown.iter().map(String::as_str));
+    Some(
+        if here
+            .iter()
+            .any(|name| calibration.sensors.contains_key(name))
+        {
+            let absent = match absent.as_str() {
+                "" => String::new(),
+                absent => format!(" (it places {absent}, which never connected)"),
+            };
+            format!(
+                "the calibration does not know {unknown}{absent}: what they see is not used; {}",
+                calibration::REMEDY
+            )
+        } else {
+            format!(
+                "the calibration in force is of other sensors: it places {absent}, this room has {unknown}, so nothing is \
+             fused; restore the room's own (`posefuse calibrations`), start the agents under those names, or {}",
+                calibration::REMEDY
+            )
+        },
+    )
 }
 
 /// That sensors are connected, but nobody knows where they stand.
