@@ -5,7 +5,7 @@
 //! sees a bump of a few centimetres, which residuals hide. Scale: how wide the walk is in the sensor's eyes over how wide
 //! it is in those of the others. Trackers differ by 10 % in a bone's length, but not in where somebody walked.
 
-use nalgebra::{Isometry3, Matrix2, Matrix6, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 use posefuse_skeleton::{Joint, JointMap, Position, Sensor};
 
 use crate::kabsch::{PointPair, kabsch};
@@ -76,26 +76,30 @@ pub(crate) fn against(evidence: &Evidence<'_>, ray_bias_m: &JointMap<f64>) -> Ve
     (0..evidence.names.len()).map(against).collect()
 }
 
-/// How evenly the person turned, 0..=1: over all bodies, the smaller over the larger axis of where the line of their
-/// shoulders points on the floor. Left and right exchanged make no difference.
+/// How much the person turned, 0..=1: the share of bodies whose line of shoulders and hips points, on the floor, more
+/// than 30 degrees off its most common direction. Left and right exchanged make no difference.
 pub(crate) fn turned(evidence: &Evidence<'_>) -> f64 {
-    let mut moments = Matrix2::zeros();
+    let mut angles = Vec::new();
     for (bodies, placed) in evidence.seen.iter().zip(evidence.placed) {
         let rotation = evidence.room_from_world.rotation * placed.world_from_sensor.rotation;
         for pose in bodies.iter().flatten() {
-            let joint = |joint: Joint| pose.joints[joint as usize];
-            let ends = joint(Joint::ShoulderLeft).zip(joint(Joint::ShoulderRight));
-            let line = ends.map(|(left, right)| (rotation * (left.at - right.at)).xy());
-            if let Some(line) = line.and_then(|line| line.try_normalize(0.1)) {
-                moments += line * line.transpose();
+            let side = |left: Joint, right: Joint| {
+                let (left, right) = (pose.joints[left as usize]?, pose.joints[right as usize]?);
+                Some((rotation * (left.at - right.at)).xy())
+            };
+            let lines = side(Joint::ShoulderLeft, Joint::ShoulderRight)
+                .zip(side(Joint::HipLeft, Joint::HipRight));
+            if let Some(line) = lines.and_then(|(s, h)| (s + h).try_normalize(0.2)) {
+                angles.push(line.y.atan2(line.x).to_degrees().rem_euclid(180.0));
             }
         }
     }
-    let axes = moments.symmetric_eigenvalues();
-    if axes.max() <= 0.0 {
-        return 0.0;
-    }
-    (axes.min().max(0.0) / axes.max()).sqrt()
+    let near = |middle: f64| {
+        let off = |angle: &&f64| ((**angle - middle + 90.0).rem_euclid(180.0) - 90.0).abs();
+        angles.iter().filter(|angle| off(angle) <= 30.0).count()
+    };
+    let most = (0..18).map(|tenth| near(f64::from(tenth) * 10.0)).max();
+    1.0 - most.unwrap_or(0) as f64 / angles.len().max(1) as f64
 }
 
 /// Root of the ratio of the variances of what both saw, robustly weighted.

@@ -7,8 +7,11 @@
 use nalgebra::Vector3;
 use posefuse_skeleton::{Position, Timestamp};
 
+use crate::kabsch::singular_values;
+use crate::look::Look;
 use crate::matching::{agrees, match_bodies};
 use crate::pair::{self, PairStart, REACH_M};
+use crate::stats::moments;
 use crate::tracks::SensorTracks;
 use crate::{Cause, SensorWalk};
 
@@ -17,6 +20,10 @@ const CLOCK_REACH_S: f64 = 3.0;
 /// Share of shared instants that must agree under a suspicion to confirm it: the true one gives more than 0.8, a wrong
 /// one under 0.5.
 const CONFIRMED: f64 = 0.65;
+/// Frames a second below which most instants fall into gaps.
+const SPARSE_HZ: f64 = 8.0;
+/// How far somebody must have walked for a mirror image to differ from a turned one: standard deviation, metres.
+const WALKED_M: f64 = 0.25;
 /// Seconds that two sensors must share before they can be said to disagree.
 const SHARED_S: f64 = 2.0;
 
@@ -30,6 +37,8 @@ pub(crate) struct Suspicion {
 /// The walk as the diagnosis needs it.
 pub(crate) struct Case<'c> {
     pub(crate) walks: &'c [&'c SensorWalk],
+    /// By sensor.
+    pub(crate) looks: &'c [Look],
     pub(crate) start: Timestamp,
     /// The instants at which sensors are compared, seconds since `start`.
     pub(crate) times: &'c [f64],
@@ -60,8 +69,21 @@ pub(crate) fn between(case: &Case<'_>, sensors: &[SensorTracks], groups: &[Vec<u
                 shared_s: shared_s.round() as u64,
             })
         }
-        _ => Cause::Apart,
+        _ => sparse(case).unwrap_or(Cause::Apart),
     }
+}
+
+/// The sensor with the fewest frames, if those are too few.
+fn sparse(case: &Case<'_>) -> Option<Cause> {
+    let rates = case
+        .looks
+        .iter()
+        .filter_map(|look| Some((look, look.rate_hz?)));
+    let (look, rate_hz) = rates.min_by(|x, y| x.1.total_cmp(&y.1))?;
+    (rate_hz < SPARSE_HZ).then(|| Cause::Sparse {
+        sensor: look.name.clone(),
+        per_minute: (rate_hz * 60.0).round() as u64,
+    })
 }
 
 fn shared_s(case: &Case<'_>, a: &SensorTracks, b: &SensorTracks) -> f64 {
@@ -111,11 +133,13 @@ fn try_to_relate(
         b.sample(case.times, start.offset_s),
     );
     let (mut shared, mut agreeing) = (0, 0);
+    let mut places = Vec::new();
     for (bodies_a, bodies_b) in seen_a.iter().zip(&seen_b) {
         if bodies_a.is_empty() || bodies_b.is_empty() {
             continue;
         }
         shared += 1;
+        places.extend(bodies_a.iter().map(|body| body.centre));
         let matches = match_bodies(bodies_a, bodies_b, &start.a_from_b, REACH_M, None);
         let agree = |m: &crate::matching::Match| {
             agrees(&bodies_a[m.a], &bodies_b[m.b], m.mirrored, &start.a_from_b)
@@ -124,7 +148,8 @@ fn try_to_relate(
     }
     let share = f64::from(agreeing) / f64::from(shared.max(1));
     let enough = f64::from(shared) * case.spacing_s >= SHARED_S;
-    (enough && share >= CONFIRMED).then_some((share, start))
+    let walked = singular_values(&moments(&places).1)[0] >= WALKED_M;
+    (enough && walked && share >= CONFIRMED).then_some((share, start))
 }
 
 /// The walk as it would be with the picture mirrored back.

@@ -60,6 +60,18 @@ pub enum Cause {
          their views overlap, then repeat"
     )]
     Apart,
+    /// A sensor's frames are too far apart to say where somebody was between them.
+    #[error(
+        "`{sensor}` sends {} frames a second, and 10 or more are needed: check its agent, its cable and the network, \
+         then repeat",
+        *.per_minute as f64 / 60.0
+    )]
+    Sparse {
+        /// The sensor.
+        sensor: String,
+        /// Frames a minute.
+        per_minute: u64,
+    },
     /// Left and right of a sensor's picture are exchanged.
     #[error(
         "the picture of `{sensor}` is mirrored: turn mirroring off in its driver or agent, then repeat"

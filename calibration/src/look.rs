@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use posefuse_skeleton::Joint;
 
 use crate::stats::median;
-use crate::{CalibrationError, SensorWalk, WalkBody};
+use crate::{CalibrationError, SensorWalk, WalkBody, WalkFrame};
 
 /// Bones whose ends trackers agree on, with their length in an adult of 1.75 m, metres.
 const ADULT_M: [(Joint, Joint, f64); 8] = [
@@ -20,6 +20,11 @@ const ADULT_M: [(Joint, Joint, f64); 8] = [
 ];
 /// Frames that are looked at, spread over the walk.
 const LOOKS: usize = 400;
+/// Over how long, and from which speed, somebody counts as coming towards a sensor: seconds, m/s.
+const COMING_S: f64 = 0.3;
+const COMING_SPEED: f64 = 0.3;
+/// Fewest such bodies to say something.
+const MIN_COMING: u32 = 8;
 
 /// One sensor on its own.
 #[derive(Clone, Debug)]
@@ -27,13 +32,15 @@ pub(crate) struct Look {
     pub(crate) name: String,
     /// Its bones over those of an adult; `None` where it saw none of them.
     pub(crate) size: Option<f64>,
-    /// Share of bodies that face the sensor, going by their labels of left and right. Trackers take people to face
-    /// them, so that it is high also where somebody shows their back.
-    pub(crate) facing_share: f64,
+    /// Of the bodies that come towards the sensor, the share that show it their back, going by their labels of left and
+    /// right. Hardly anybody walks backwards; 0 where nobody came towards it.
+    pub(crate) backwards_share: f64,
     /// Share of bodies whose head hangs below their hips in the sensor's picture.
     pub(crate) hanging_share: f64,
     /// Share of its frames with somebody in them that show more than one person.
     pub(crate) crowded_share: f64,
+    /// Its frames per second, from the first to the last; `None` for less than two frames.
+    pub(crate) rate_hz: Option<f64>,
     /// How long before the end of the walk its last frame was, seconds.
     pub(crate) gone_s: f64,
 }
@@ -41,15 +48,13 @@ pub(crate) struct Look {
 /// What a body's size may be, in adults: from a small child to a giant.
 const SIZES: std::ops::RangeInclusive<f64> = 0.5..=1.5;
 /// What is taken for metres, by how many times too large people then are.
-const UNITS: [(f64, &str); 8] = [
+const UNITS: [(f64, &str); 6] = [
     (1000.0, "millimetres"),
     (100.0, "centimetres"),
     (39.37, "inches"),
     (10.0, "decimetres"),
     (3.281, "feet"),
-    (0.3048, "metres that were converted from feet twice"),
-    (0.01, "hundreds of metres"),
-    (0.001, "kilometres"),
+    (0.1, "a unit that is larger than the metre"),
 ];
 
 /// The unit that a sensor sends instead of metres, if what it sees cannot be people.
@@ -106,15 +111,22 @@ fn look_at(walk: &SensorWalk, gone_s: f64) -> Look {
     Look {
         name: walk.name.clone(),
         size: size(&bodies),
-        facing_share: share(faces_the_sensor),
+        backwards_share: backwards_share(&peopled, step),
         hanging_share: share(hangs),
         crowded_share: peopled
             .iter()
             .filter(|frame| frame.bodies.len() > 1)
             .count() as f64
             / peopled.len().max(1) as f64,
+        rate_hz: rate_hz(walk),
         gone_s,
     }
+}
+
+fn rate_hz(walk: &SensorWalk) -> Option<f64> {
+    let times = || walk.frames.iter().map(|frame| frame.time);
+    let span_s = times().max()?.since_seconds(times().min()?);
+    (span_s > 0.0).then(|| (walk.frames.len() - 1) as f64 / span_s)
 }
 
 fn at(body: &WalkBody, joint: Joint) -> Option<Vector3<f64>> {
@@ -130,6 +142,43 @@ fn size(bodies: &[&WalkBody]) -> Option<f64> {
     };
     let mut ratios: Vec<f64> = ADULT_M.iter().filter_map(ratio).collect();
     median(&mut ratios)
+}
+
+/// Over the bodies that come towards the sensor, seen again with the same tracking id after some time.
+fn backwards_share(peopled: &[&WalkFrame], step: usize) -> f64 {
+    let (mut coming, mut backwards) = (0, 0);
+    for (index, frame) in peopled.iter().enumerate().step_by(step) {
+        let later = peopled[index..]
+            .iter()
+            .find(|f| f.time.since_seconds(frame.time) >= COMING_S);
+        let Some(later) = later else { break };
+        let seconds = later.time.since_seconds(frame.time);
+        for body in &frame.bodies {
+            let again = later
+                .bodies
+                .iter()
+                .find(|b| b.tracking_id == body.tracking_id);
+            let Some(again) = again.filter(|_| seconds < 2.0 * COMING_S) else {
+                continue;
+            };
+            let chest = |body| at(body, Joint::SpineShoulder);
+            let Some((from, to)) = chest(body).zip(chest(again)) else {
+                continue;
+            };
+            let speed = (from - to).dot(&from.normalize()) / seconds;
+            if speed >= COMING_SPEED && 2.0 * speed * seconds > (to - from).norm() {
+                if let Some(faces) = faces_the_sensor(body) {
+                    coming += 1;
+                    backwards += u32::from(!faces);
+                }
+            }
+        }
+    }
+    if coming < MIN_COMING {
+        0.0
+    } else {
+        f64::from(backwards) / f64::from(coming)
+    }
 }
 
 /// Forward is left x up, and the sensor lies against the ray.

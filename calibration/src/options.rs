@@ -103,8 +103,8 @@ pub struct Thresholds {
     pub spread_long_m: [f64; 2],
     /// The same across it, m. On one straight line the turn about that line is held by the body's size alone.
     pub spread_short_m: [f64; 2],
-    /// How evenly the person turned, 0..=1: smallest over largest axis of where their shoulders pointed on the floor.
-    /// Who walks up and down a line without turning gives below 0.15; there a narrow way
+    /// How much the person turned, 0..=1: the share of bodies more than 30 degrees off the commonest direction. Even
+    /// turning gives 0.67; who walks up and down a line without turning, under 0.2. There a narrow way
     /// ([`Thresholds::spread_short_m`]) leaves the sensors free to turn about it.
     pub turned: [f64; 2],
     /// Smallest over largest singular value of the joints' cloud: below 0.05 all joints lie near one plane, and the turn
@@ -126,9 +126,9 @@ pub struct Thresholds {
     /// Share of bodies seen head down: a sensor hung upside down, whose tracker was made for upright people. Its pose
     /// may well be right, its joints hardly.
     pub hanging_share: [f64; 2],
-    /// Share of bodies that face the sensor, by their labels. Trackers take people to face them: usual are 0.6 to 0.9.
-    /// One whose picture or labels are mirrored throughout gives under 0.3.
-    pub facing_share: [f64; 2],
+    /// Share of the bodies coming towards a sensor that walk backwards by their labels of left and right. Nobody does;
+    /// a sensor whose labels are mirrored throughout gives 0.9.
+    pub backwards_share: [f64; 2],
     /// How well a sensor's place must be known beside the others', standard deviation in mm.
     pub sigma_mm: [f64; 2],
     /// The same of its direction, degrees.
@@ -148,7 +148,7 @@ impl Default for Thresholds {
             shared_s: [10.0, 3.0],
             spread_long_m: [0.35, 0.15],
             spread_short_m: [0.15, 0.02],
-            turned: [0.35, 0.1],
+            turned: [0.3, 0.1],
             singular_ratio: [0.05, 0.01],
             floor_share: [0.95, 0.7],
             bone_share: [0.12, 0.3],
@@ -156,7 +156,7 @@ impl Default for Thresholds {
             moved_mm: [25.0, 80.0],
             moved_sigmas: [3.0, 6.0],
             hanging_share: [0.7, 1.0],
-            facing_share: [0.35, -1.0],
+            backwards_share: [0.5, 1.0],
             sigma_mm: [30.0, 150.0],
             sigma_deg: [0.6, 3.0],
             sigma_ms: [10.0, 50.0],

@@ -58,6 +58,7 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
     let edges = edges(&sensors, &solved, max_offset_s);
     let case = Case {
         walks: &walks,
+        looks: &looks,
         start,
         times: &solved,
         spacing_s,

@@ -6,6 +6,7 @@ use posefuse_skeleton::FloorSource;
 use crate::against::Against;
 use crate::diagnose::Suspicion;
 use crate::look::Look;
+use crate::stats::median;
 use crate::{Cause, FloorRow, Options, PairRow, Reason, SensorRow, Verdict};
 
 /// Share of frames with more than one person from which that is said.
@@ -142,7 +143,7 @@ fn add_causes(causes: &[Cause], reasons: &mut Reasons) {
                 sensor,
                 "restart its agent so that its clock is measured again, then repeat",
             ),
-            Cause::Apart | Cause::Strangers { .. } => continue,
+            Cause::Apart | Cause::Sparse { .. } | Cause::Strangers { .. } => continue,
         };
         let what = cause.to_string();
         let what = what.split(':').next().unwrap_or_default().to_owned();
@@ -161,13 +162,13 @@ fn check_look(look: &Look, options: &Options, reasons: &mut Reasons) {
         "turn the sensor the right way up, or turn its picture in its driver, then repeat",
     );
     reasons.add(
-        below(look.facing_share, limits.facing_share),
+        above(look.backwards_share, limits.backwards_share),
         &[name],
         format!(
-            "`{name}` sees people from behind in {:.0} % of its frames, going by their left and right",
-            (1.0 - look.facing_share) * 100.0
+            "`{name}` exchanges left and right: people who come towards it walk backwards in {:.0} % of its frames",
+            look.backwards_share * 100.0
         ),
-        "turn mirroring off in its driver or agent if it is on; walk facing this sensor, too; then repeat",
+        "turn mirroring off in its driver or agent, and do not walk backwards; then repeat",
     );
     if look.gone_s > GONE_S {
         reasons.0.push(Reason {
@@ -182,56 +183,73 @@ fn check_look(look: &Look, options: &Options, reasons: &mut Reasons) {
     }
 }
 
-/// Whether each sensor saw enough of the walk, and the walk went far enough.
+/// Whether each sensor saw enough of the walk. Sensors with the same complaint share a sentence, with the worst figure.
 fn check_way(findings: &Findings<'_>, options: &Options, reasons: &mut Reasons) {
-    let alone = findings.sensors.len() == 1;
-    for row in findings.sensors {
-        check_view(row, findings.turned, alone, options, reasons);
+    let limits = &options.thresholds;
+    let rows = findings.sensors;
+    let long = |row: &SensorRow| row.spread_m[0];
+    let worst = |of: &dyn Fn(&SensorRow) -> f64, check: &dyn Fn(&SensorRow) -> Verdict| {
+        let bad: Vec<&SensorRow> = rows.iter().filter(|r| check(r) > Verdict::Passed).collect();
+        let severity = bad.iter().map(|row| check(row)).max()?;
+        let least = bad.iter().map(|row| of(row)).min_by(f64::total_cmp)?;
+        Some((
+            severity,
+            least,
+            bad.iter().map(|row| row.name.as_str()).collect::<Vec<_>>(),
+        ))
+    };
+    let shared = |row: &SensorRow| below(row.shared_s, limits.shared_s);
+    if let Some((severity, least, names)) = worst(&|row| row.shared_s, &shared) {
+        let (with, remedy) = if rows.len() == 1 {
+            ("", "walk longer in front of this sensor")
+        } else {
+            (
+                " together with another sensor",
+                "walk longer where this sensor and another see you at the same time",
+            )
+        };
+        let what = format!("{} saw somebody{with} for {least:.1} s only", list(&names));
+        reasons.add(severity, &names, what, remedy);
+    }
+    let stood = |row: &SensorRow| below(long(row), limits.spread_long_m);
+    if let Some((severity, least, names)) = worst(&long, &stood) {
+        let what = format!(
+            "the person hardly moved in the view of {} (spread {least:.2} m)",
+            list(&names)
+        );
+        reasons.add(
+            severity,
+            &names,
+            what,
+            "do not stand: walk through all of the room",
+        );
+    }
+    // Somebody who turns on a line shows all sides, which holds the sensors as a wider way does.
+    let turned = below(findings.turned, limits.turned);
+    let on_a_line = |row: &SensorRow| {
+        let narrow = below(row.spread_m[1], limits.spread_short_m);
+        if stood(row) == Verdict::Failed {
+            Verdict::Passed
+        } else {
+            narrow.min(turned)
+        }
+    };
+    if let Some((severity, least, names)) = worst(&|row| row.spread_m[1], &on_a_line) {
+        let what = format!(
+            "the person walked on one line in the view of {} (spread across it {least:.2} m) and hardly turned",
+            list(&names)
+        );
+        let remedy = "walk circles or a figure of eight through all of the room, and turn around now and then";
+        reasons.add(severity, &names, what, remedy);
     }
 }
 
-/// Whether a sensor saw enough of the walk.
-fn check_view(row: &SensorRow, turned: f64, alone: bool, options: &Options, reasons: &mut Reasons) {
-    let limits = &options.thresholds;
-    let name = row.name.as_str();
-    let (seen, remedy) = if alone {
-        ("saw somebody", "walk longer in front of this sensor")
-    } else {
-        (
-            "and another sensor saw somebody together",
-            "walk longer where this sensor and another see you at the same time",
-        )
-    };
-    reasons.add(
-        below(row.shared_s, limits.shared_s),
-        &[name],
-        format!("`{name}` {seen} for {:.1} s only", row.shared_s),
-        remedy,
-    );
-    reasons.add(
-        below(row.spread_m[0], limits.spread_long_m),
-        &[name],
-        format!(
-            "the person hardly moved in the view of `{name}` (spread {:.2} m)",
-            row.spread_m[0]
-        ),
-        "do not stand: walk through all of the room",
-    );
-    // Somebody who turns on a line shows all sides, which holds the sensors as a wider way does.
-    let on_a_line = row.spread_m[0] >= limits.spread_long_m[1];
-    if on_a_line && turned < limits.turned[0] {
-        let worst = below(row.spread_m[1], limits.spread_short_m)
-            .min(below(turned, limits.turned).max(Verdict::Weak));
-        reasons.add(
-            worst,
-            &[name],
-            format!(
-                "the person walked on one line in the view of `{name}` (spread across it {:.2} m) and hardly turned",
-                row.spread_m[1]
-            ),
-            "walk circles or a figure of eight through all of the room, and turn around now and then",
-        );
-    }
+fn list(names: &[&str]) -> String {
+    names
+        .iter()
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// Whether a sensor agrees with the others.
@@ -261,17 +279,27 @@ fn check_agreement(row: &SensorRow, options: &Options, reasons: &mut Reasons) {
         ),
         "check the sensor's unit (metres) and lens settings, and that only one person walks",
     );
+}
+
+/// Whether a clock is off by more than is searched, going by the middle one of all clocks.
+fn check_clocks(rows: &[SensorRow], options: &Options, reasons: &mut Reasons) {
     let limit_ms = options.max_time_offset_s * 1e3;
-    let late = row.time_offset_ms.abs();
-    reasons.add(
-        above(late, [limit_ms * 0.99, limit_ms * 1.4]),
-        &[name],
-        format!(
-            "the clock of `{name}` seems {:.0} ms off, beyond what is searched",
-            row.time_offset_ms
-        ),
-        "restart its agent so that its clock is measured again, then repeat",
-    );
+    let mut offsets: Vec<f64> = rows.iter().map(|row| row.time_offset_ms).collect();
+    let middle_ms = median(&mut offsets).unwrap_or(0.0);
+    for row in rows {
+        let ahead_ms = middle_ms - row.time_offset_ms;
+        let side = if ahead_ms > 0.0 { "ahead" } else { "behind" };
+        reasons.add(
+            above(ahead_ms.abs(), [limit_ms * 0.99, limit_ms * 1.4]),
+            &[&row.name],
+            format!(
+                "the clock of `{}` seems {:.0} ms {side}, beyond what is searched",
+                row.name,
+                ahead_ms.abs()
+            ),
+            "restart its agent so that its clock is measured again, then repeat",
+        );
+    }
 }
 
 /// Whether the pose is known well enough.
@@ -308,15 +336,16 @@ fn check_sigma(row: &SensorRow, options: &Options, reasons: &mut Reasons) {
     );
 }
 
-/// Whether all sensors have the same metre: the one furthest off is told, as it drags the others along.
-fn check_scale(findings: &Findings<'_>, options: &Options, reasons: &mut Reasons) {
+/// Whether all sensors have the same metre: the one furthest off is told, as it drags the others along. Whether something was said.
+fn check_scale(findings: &Findings<'_>, options: &Options, reasons: &mut Reasons) -> bool {
     let off = |against: &Against| against.scale.ln().abs();
     let all = findings.sensors.iter().zip(findings.against);
     let Some((row, worst)) = all.max_by(|x, y| off(x.1).total_cmp(&off(y.1))) else {
-        return;
+        return false;
     };
+    let severity = above((worst.scale - 1.0).abs(), options.thresholds.scale_share);
     reasons.add(
-        above((worst.scale - 1.0).abs(), options.thresholds.scale_share),
+        severity,
         &[&row.name],
         format!(
             "`{}` sees the same way {:.2} times as long as the others do",
@@ -324,6 +353,7 @@ fn check_scale(findings: &Findings<'_>, options: &Options, reasons: &mut Reasons
         ),
         "check the sensor's unit (metres) and lens settings, then repeat",
     );
+    severity > Verdict::Passed
 }
 
 /// Whether a sensor moved: the one that moved most is told, as the others seem to have moved against it.
