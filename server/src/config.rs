@@ -25,6 +25,8 @@ pub struct Config {
     pub takes: crate::record::Config,
     /// Where the calibration is kept.
     pub calibration: crate::room::CalibrationConfig,
+    /// When a sensor counts as moved.
+    pub drift: crate::drift::Config,
     /// The fusion engine.
     pub fusion: posefuse_fusion::Config,
 }
@@ -39,6 +41,7 @@ impl Default for Config {
             watch: Default::default(),
             takes: Default::default(),
             calibration: Default::default(),
+            drift: Default::default(),
             fusion: Default::default(),
         }
     }
@@ -99,6 +102,7 @@ impl Config {
         within("watch.cut_after_ms", self.watch.cut_after_ms, 10, 3_600_000)?;
         within("takes.flush_ms", self.takes.flush_ms, 20, 250)?;
         self.calibration.check()?;
+        self.drift.check()?;
         self.fusion.validate()
     }
 }

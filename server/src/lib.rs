@@ -19,6 +19,7 @@
 
 mod commented;
 mod config;
+mod drift;
 mod error;
 mod fusion_thread;
 mod ingest;
@@ -30,6 +31,7 @@ mod run;
 mod sinks;
 
 pub use config::Config;
+pub use drift::Config as DriftConfig;
 pub use error::ServerError;
 pub use ingest::Config as IngestConfig;
 pub use net::{Config as NetConfig, bind};

@@ -12,6 +12,7 @@ use tokio::sync::{Semaphore, oneshot};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
+use crate::drift::{self, Drift};
 use crate::fusion_thread::{self, Command, Fusion};
 use crate::ingest::{IngestService, Registry};
 use crate::net;
@@ -109,6 +110,8 @@ impl Running {
             snapshot,
             counters,
             ended,
+            seen,
+            missed,
         } = fusion_thread::start(
             &config,
             first.into_iter().collect(),
@@ -130,6 +133,8 @@ impl Running {
             connections: Arc::default(),
             calibration,
             takes: Takes::new(troubles),
+            drift: Drift::default(),
+            muting: tokio::sync::Mutex::default(),
             changing: tokio::sync::Mutex::default(),
             disk_free: AtomicU64::new(u64::MAX),
             tasks: TaskTracker::new(),
@@ -137,6 +142,7 @@ impl Running {
         });
         room.look_at_disk().await;
         room.tasks.spawn(watch_over(room.clone()));
+        room.tasks.spawn(drift::watch(room.clone(), seen, missed));
         Ok(Self {
             room,
             agents: TaskTracker::new(),

@@ -68,6 +68,8 @@ pub struct SensorDrift {
     pub significance: f64,
     /// It has moved: to be calibrated anew.
     pub alarm: bool,
+    /// When the look came that first found it moved; it was moved within the window before.
+    pub since: Option<Timestamp>,
     /// Nobody can tell whether this sensor has moved or that one.
     pub instead: Option<SensorId>,
 }
@@ -88,6 +90,7 @@ struct Watched {
     /// Looks in a row that found it moved, and not.
     over: u32,
     calm: u32,
+    since: Option<Timestamp>,
     instead: Option<SensorId>,
 }
 
@@ -160,7 +163,7 @@ impl DriftMonitor {
         let mut drifts = Vec::with_capacity(findings.len());
         for (sensor, finding) in findings {
             let watched = self.watched.entry(sensor).or_default();
-            watched.decide(&finding, &thresholds);
+            watched.decide(now, &finding, &thresholds);
             drifts.push(watched.drift(sensor, &finding));
         }
         drifts
@@ -194,9 +197,12 @@ impl DriftMonitor {
 }
 
 impl Watched {
-    fn decide(&mut self, finding: &Finding, thresholds: &blame::Thresholds) {
+    fn decide(&mut self, now: Timestamp, finding: &Finding, thresholds: &blame::Thresholds) {
         let moved = finding.is_moved(thresholds);
         self.over = if moved { self.over + 1 } else { 0 };
+        if self.over == 1 && !self.alarm {
+            self.since = Some(now);
+        }
         self.calm = if finding.is_calm(thresholds) {
             self.calm + 1
         } else {
@@ -225,6 +231,7 @@ impl Watched {
             off_m: finding.off_m,
             significance: estimate.chi2.sqrt(),
             alarm: self.alarm,
+            since: self.since.filter(|_| self.alarm),
             instead: self.instead,
         }
     }

@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use futures_util::future::BoxFuture;
 use posefuse_fusion::{Engine, Input, Output};
-use posefuse_skeleton::{Observation, Timestamp};
+use posefuse_skeleton::Timestamp;
 use tokio::sync::{mpsc, oneshot, watch};
 
 use super::command::{Command, WalkFrame};
 use super::meters::{Meters, Snapshot};
+use crate::drift::Tap;
 use crate::record::{Preamble, Record, RecorderTap};
 use crate::sinks::{Counters, Subscribers};
 use crate::{Clock, Threads};
@@ -27,6 +28,7 @@ pub(super) struct Driver {
     subscribers: Subscribers,
     recorder: Option<RecorderTap>,
     walk: Option<mpsc::Sender<WalkFrame>>,
+    tap: Tap,
     meters: Meters,
     publish: watch::Sender<Arc<Snapshot>>,
     /// When the engine wants to be woken.
@@ -36,12 +38,14 @@ pub(super) struct Driver {
 
 impl Driver {
     pub(super) fn new(
-        engine: Engine,
+        mut engine: Engine,
         clock: Arc<dyn Clock>,
         threads: Threads,
         counters: Arc<Counters>,
         publish: watch::Sender<Arc<Snapshot>>,
+        tap: Tap,
     ) -> Self {
+        engine.compare_sensors(tap.compares());
         Self {
             engine,
             next_publish: clock.now(),
@@ -50,6 +54,7 @@ impl Driver {
             subscribers: Subscribers::new(counters),
             recorder: None,
             walk: None,
+            tap,
             meters: Meters::default(),
             publish,
             wake: None,
@@ -183,8 +188,9 @@ impl Driver {
             )),
             _ => None,
         };
-        self.tap_walk(&input);
+        self.tap(&input);
         self.engine.handle(input);
+        self.tap.compared(&mut self.engine);
         let mut frames = 0;
         loop {
             match self.engine.poll() {
@@ -222,23 +228,23 @@ impl Driver {
         }
     }
 
-    fn tap_walk(&mut self, input: &Input) {
-        let (Some(walk), Input::Observation(observation)) = (&self.walk, input) else {
+    /// Gives a sensor's frame to those who look at where sensors stand.
+    fn tap(&mut self, input: &Input) {
+        let Input::Observation(observation) = input else {
             return;
         };
-        let Observation {
-            sensor,
-            captured,
-            bodies,
-            ..
-        } = observation;
-        let Some(time) = self.engine.map_time(*sensor, *captured) else {
+        let Some(time) = self
+            .engine
+            .map_time(observation.sensor, observation.captured)
+        else {
             return;
         };
-        if let Err(mpsc::error::TrySendError::Closed(_)) =
-            walk.try_send((*sensor, time, bodies.clone()))
-        {
-            self.walk = None;
+        self.tap.frame(observation, time);
+        if let Some(walk) = &self.walk {
+            let frame = (observation.sensor, time, observation.bodies.clone());
+            if let Err(mpsc::error::TrySendError::Closed(_)) = walk.try_send(frame) {
+                self.walk = None;
+            }
         }
     }
 }

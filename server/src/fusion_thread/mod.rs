@@ -19,6 +19,7 @@ pub(crate) use meters::{SensorView, Snapshot};
 pub(crate) use queue::{Inputs, Pushed};
 pub(crate) use refusals::Unused;
 
+use crate::drift::{self, Seen};
 use crate::sinks::Counters;
 use crate::{Clock, ServerError, Threads};
 
@@ -31,6 +32,9 @@ pub(crate) struct Fusion {
     pub(crate) commands: Commands,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) counters: Arc<Counters>,
+    /// What the watch over the sensors' places lives on, and how much of it found no room.
+    pub(crate) seen: mpsc::Receiver<Seen>,
+    pub(crate) missed: drift::Missed,
     /// Comes when the thread has ended.
     pub(crate) ended: oneshot::Receiver<()>,
 }
@@ -48,13 +52,17 @@ pub(crate) fn start(
     let (command_sender, command_queue) = mpsc::channel(COMMANDS);
     let (publish, snapshot) = watch::channel(Arc::new(Snapshot::default()));
     let counters = Arc::new(Counters::default());
-    let driver = drive::Driver::new(engine, clock, threads, counters.clone(), publish);
+    let (tap, seen) = drift::tap(&config.drift);
+    let missed = tap.missed();
+    let driver = drive::Driver::new(engine, clock, threads, counters.clone(), publish, tap);
     let ended = threads.spawn("fusion", driver.drive(first, input_queue, command_queue))?;
     Ok(Fusion {
         inputs: Inputs::new(input_sender, config.ingest.max_wait_ms),
         commands: Commands::new(command_sender),
         snapshot,
         counters,
+        seen,
+        missed,
         ended,
     })
 }

@@ -50,6 +50,13 @@ impl Registry {
         self.lock().clone()
     }
 
+    /// What a sensor is called; empty: there is none of this number.
+    pub(crate) fn name(&self, sensor: SensorId) -> String {
+        let sensors = self.lock();
+        let found = sensors.get(sensor.index());
+        found.map_or_else(String::new, |sensor| sensor.name().to_owned())
+    }
+
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Arc<Sensor>>> {
         self.sensors.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -88,6 +88,7 @@ pub(crate) struct Sensor {
     name: String,
     greeting: Mutex<Greeting>,
     connected: AtomicBool,
+    muted: AtomicBool,
     received: AtomicU64,
     lost: AtomicU64,
     refused: [AtomicU64; Refusal::ALL.len()],
@@ -110,6 +111,7 @@ impl Sensor {
                 last_refusal: None,
             }),
             connected: AtomicBool::new(false),
+            muted: AtomicBool::new(false),
             received: AtomicU64::new(0),
             lost: AtomicU64::new(0),
             refused: Default::default(),
@@ -136,6 +138,15 @@ impl Sensor {
 
     pub(crate) fn is_connected(&self) -> bool {
         self.connected.load(Ordering::Acquire)
+    }
+
+    /// Left out of fusing by a person; outlasts the agent's connection.
+    pub(crate) fn set_muted(&self, muted: bool) {
+        self.muted.store(muted, Ordering::Release);
+    }
+
+    pub(crate) fn is_muted(&self) -> bool {
+        self.muted.load(Ordering::Acquire)
     }
 
     /// A frame came, good or bad.

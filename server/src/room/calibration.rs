@@ -14,7 +14,7 @@ use tonic::Status;
 use super::{Room, history};
 
 /// What to do without a calibration.
-pub(super) const REMEDY: &str =
+pub(crate) const REMEDY: &str =
     "run `posefuse calibrate`, or press Calibrate on the dashboard, and walk about for 30 s";
 
 /// Where the calibration is kept. Section `[calibration]`.
@@ -63,7 +63,7 @@ pub(crate) struct CalibrationStore {
 }
 
 /// Holds the right to calibrate.
-pub(super) struct Calibrating(Arc<Room>);
+pub(crate) struct Calibrating(Arc<Room>);
 
 impl Drop for Calibrating {
     fn drop(&mut self) {
@@ -135,7 +135,7 @@ impl CalibrationStore {
 
 impl Room {
     /// Takes the right to calibrate; there is one.
-    pub(super) async fn begin_calibrating(self: &Arc<Self>) -> Result<Calibrating, Status> {
+    pub(crate) async fn begin_calibrating(self: &Arc<Self>) -> Result<Calibrating, Status> {
         let _changing = self.changing.lock().await;
         if self.takes.is_recording() {
             return Err(Status::failed_precondition(
@@ -149,7 +149,7 @@ impl Room {
     }
 
     /// Writes a calibration to its file and puts it in force. Refused while a take runs.
-    pub(super) async fn put_in_force(
+    pub(crate) async fn put_in_force(
         self: &Arc<Self>,
         calibration: Calibration,
     ) -> Result<(), Status> {

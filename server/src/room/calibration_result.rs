@@ -5,7 +5,7 @@ use posefuse_proto::v1;
 use posefuse_skeleton::PoseSigma;
 
 /// Verdict, reasons and tables; the calibration itself is not in it.
-pub(super) fn result(report: &Report) -> v1::CalibrateResult {
+pub(crate) fn result(report: &Report) -> v1::CalibrateResult {
     let reasons = report.reasons.iter();
     v1::CalibrateResult {
         verdict: verdict_to_wire(report.verdict).into(),
@@ -21,7 +21,7 @@ pub(super) fn result(report: &Report) -> v1::CalibrateResult {
 }
 
 /// One that could not be made, and why.
-pub(super) fn failed(reason: String) -> v1::CalibrateResult {
+pub(crate) fn failed(reason: String) -> v1::CalibrateResult {
     v1::CalibrateResult {
         verdict: v1::Verdict::Failed.into(),
         reasons: vec![reason],

@@ -6,6 +6,7 @@ mod calibration_result;
 mod calibrations;
 mod catalogue;
 mod history;
+mod mute;
 mod recording;
 mod replay;
 mod sensors;
@@ -25,12 +26,14 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tonic::Status;
 
-pub(crate) use calibration::CalibrationStore;
 pub use calibration::Config as CalibrationConfig;
+pub(crate) use calibration::{CalibrationStore, REMEDY};
+pub(crate) use calibration_result::{failed as calibration_failed, result as calibration_result};
 pub use recording::BUILD;
 pub(crate) use takes::Takes;
 pub(crate) use watchman::watch_over;
 
+use crate::drift::Drift;
 use crate::fusion_thread::{Command, Commands, Inputs, Snapshot};
 use crate::ingest::Registry;
 use crate::net::{Connections, EncodedStream};
@@ -53,6 +56,10 @@ pub(crate) struct Room {
     pub(crate) connections: Arc<Connections>,
     pub(crate) calibration: CalibrationStore,
     pub(crate) takes: Takes,
+    /// Whether the sensors still stand where they should.
+    pub(crate) drift: Drift,
+    /// Held while a sensor is muted or taken in again.
+    pub(crate) muting: tokio::sync::Mutex<()>,
     /// Held while a take starts or stops and while the calibration changes: never both, so no sensor moves in a take.
     pub(crate) changing: tokio::sync::Mutex<()>,
     /// Free bytes where takes go; `u64::MAX`: unknown.

@@ -90,7 +90,7 @@ pub(super) fn status(
             .health
             .as_ref()
             .and_then(|health| health.frames_dropped),
-        muted: false,
+        muted: sensor.is_muted(),
         drift: None,
         contribution: None,
     }

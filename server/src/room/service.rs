@@ -163,16 +163,21 @@ impl v1::room_server::Room for RoomService {
 
     async fn recalibrate_sensor(
         &self,
-        _: Request<v1::RecalibrateSensorRequest>,
+        request: Request<v1::RecalibrateSensorRequest>,
     ) -> Answer<v1::CalibrateResult> {
-        Err(Status::unimplemented("not yet"))
+        crate::drift::recalibrate(&self.0, request.into_inner())
+            .await
+            .map(Response::new)
     }
 
     async fn mute_sensor(
         &self,
-        _: Request<v1::MuteSensorRequest>,
+        request: Request<v1::MuteSensorRequest>,
     ) -> Answer<v1::MuteSensorResponse> {
-        Err(Status::unimplemented("not yet"))
+        self.0
+            .mute_sensor(request.into_inner())
+            .await
+            .map(Response::new)
     }
 
     async fn get_config(&self, _: Request<v1::GetConfigRequest>) -> Answer<v1::GetConfigResponse> {

@@ -11,6 +11,7 @@ use tonic::Status;
 use super::calibrations::listed;
 use super::service::pause;
 use super::{Room, calibration, sensors};
+use crate::drift;
 
 /// A status comes at least so often.
 const AT_LEAST: Duration = Duration::from_secs(1);
@@ -33,7 +34,13 @@ pub(super) fn status(room: &Room) -> v1::RoomStatus {
         .iter()
         .map(|sensor| {
             let view = snapshot.sensors.get(sensor.id().index());
-            sensors::status(sensor, view, calibration.as_deref(), now)
+            let drift = room.drift.of(sensor.id());
+            let mut status = sensors::status(sensor, view, calibration.as_deref(), now);
+            status.drift = drift.as_ref().map(drift::to_wire);
+            if status.trouble.is_empty() {
+                status.trouble = drift::trouble(&room.drift, sensor.id(), &room.registry);
+            }
+            status
         })
         .collect();
     v1::RoomStatus {

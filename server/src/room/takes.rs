@@ -51,7 +51,7 @@ impl Takes {
     }
 
     /// Notes something in the take that is being recorded, if one is.
-    pub(super) fn event(&self, event: Event) {
+    pub(crate) fn event(&self, event: Event) {
         if let Some(recording) = self.current().as_ref() {
             recording.tap.offer(Record::Event(event));
         }
