@@ -19,6 +19,9 @@ pub enum CalibrationError {
         /// The sensors there are.
         sensors: Vec<String>,
     },
+    /// What was set of the floor by hand is not possible.
+    #[error("the floor that was set by hand cannot be used: {0}; correct it or leave it out")]
+    HandFloor(String),
     /// A sensor saw nobody at all.
     #[error(
         "{} saw nobody during the walk; check that the sensor tracks people, point it at the walking area, or leave it out",

@@ -6,16 +6,16 @@
 //! - Origin: on the floor below the mean of where the person was.
 //! - Heading: X points from there towards the root sensor, so that somebody who faces that sensor faces X.
 //!
-//! Where feet are not seen, the root sensor is assumed level and the lowest joints to stand on the floor.
+//! Each can be set by hand instead ([`HandFloor`]). Where feet are not seen, the root sensor is assumed level and the lowest joints to stand on the floor.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use posefuse_skeleton::{FloorSource, Joint};
 
-use crate::FloorRow;
 use crate::graph::Placed;
 use crate::pair::robust_weight;
 use crate::stats::{median, quantile};
 use crate::tracks::Pose;
+use crate::{FloorRow, HandFloor};
 
 /// Speed below which a foot stands, m/s.
 const STANDING_SPEED: f64 = 0.25;
@@ -52,16 +52,41 @@ struct Seen {
     joints: Vec<Vector3<f64>>,
 }
 
-/// Lays the room on what `seen` (per sensor, per instant) shows; `root` is the index of the root sensor.
+/// The room as it is, the world being it already.
+pub(crate) fn kept(names: &[&str], seen: &[Vec<Vec<Pose>>], placed: &[Placed]) -> Floor {
+    let room_from_world = Isometry3::identity();
+    let gathered = gather(seen, placed);
+    Floor {
+        row: check(
+            names,
+            &gathered,
+            placed,
+            &room_from_world,
+            FloorSource::Manual,
+        ),
+        room_from_world,
+    }
+}
+
+/// Lays the room on what `seen` (per sensor, per instant) shows and on what is known by hand; `root` is the index of the
+/// root sensor.
 pub(crate) fn find(
     names: &[&str],
     seen: &[Vec<Vec<Pose>>],
     placed: &[Placed],
     root: usize,
+    by_hand: Option<&HandFloor>,
 ) -> Floor {
     let gathered = gather(seen, placed);
     let root_pose = placed[root].world_from_sensor;
-    let (source, up, point) = match plane(&gathered) {
+    let hand = by_hand.and_then(|hand| {
+        let sensor = names.iter().position(|name| *name == hand.sensor)?;
+        Some(Hand {
+            values: hand,
+            world_from_sensor: placed[sensor].world_from_sensor,
+        })
+    });
+    let (mut source, mut up, mut point) = match plane(&gathered) {
         Some((up, point)) => (FloorSource::Walk, up, point),
         None => {
             let up = -(root_pose.rotation * Vector3::y());
@@ -70,11 +95,64 @@ pub(crate) fn find(
             (FloorSource::Assumed, up, up * lowest)
         }
     };
-    let room_from_world = lay(&gathered, &root_pose, up, point);
+    if let Some(hand) = &hand {
+        if let Some(by_hand) = hand.up() {
+            (up, point) = (by_hand, gathered.lowest(&by_hand).unwrap_or(point));
+        }
+        if let Some(height_m) = hand.values.height_m {
+            point = hand.world_from_sensor.translation.vector - up * height_m;
+            if hand.values.up.is_some() {
+                source = FloorSource::Manual;
+            }
+        }
+    }
+    let mut room_from_world = lay(&gathered, &root_pose, up, point);
+    if let Some(hand) = &hand {
+        room_from_world = hand.heading_and_origin(&room_from_world) * room_from_world;
+    }
     let row = check(names, &gathered, placed, &room_from_world, source);
     Floor {
         room_from_world,
         row,
+    }
+}
+
+/// What is known by hand, and where that sensor stands.
+struct Hand<'h> {
+    values: &'h HandFloor,
+    world_from_sensor: Isometry3<f64>,
+}
+
+impl Hand<'_> {
+    fn up(&self) -> Option<Vector3<f64>> {
+        let up = Vector3::from(self.values.up?).try_normalize(1e-9)?;
+        Some(self.world_from_sensor.rotation * up)
+    }
+
+    /// Turns the room about its Z and shifts it along the floor, so that the sensor looks and stands as was said.
+    fn heading_and_origin(&self, room_from_world: &Isometry3<f64>) -> Isometry3<f64> {
+        let room_from_sensor = room_from_world * self.world_from_sensor;
+        let looks = room_from_sensor.rotation * Vector3::z();
+        let turn = match self.values.looks_deg {
+            Some(wanted) => wanted.to_radians() - looks.y.atan2(looks.x),
+            None => 0.0,
+        };
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn);
+        let stands = turn * room_from_sensor.translation.vector;
+        let shift = match self.values.at_m {
+            Some([x, y]) => Vector3::new(x - stands.x, y - stands.y, 0.0),
+            None => Vector3::zeros(),
+        };
+        Isometry3::from_parts(Translation3::from(shift), turn)
+    }
+}
+
+impl Seen {
+    /// A point of the floor whose normal is `up`, from standing feet.
+    fn lowest(&self, up: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let height = |(at, above_sole): &(Vector3<f64>, f64)| at.dot(up) - above_sole;
+        let mut heights: Vec<f64> = self.feet.iter().map(height).collect();
+        (heights.len() >= MIN_FEET).then(|| median(&mut heights).map(|height| up * height))?
     }
 }
 

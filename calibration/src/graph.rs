@@ -14,18 +14,32 @@ pub(crate) type Edges = BTreeMap<(usize, usize), PairStart>;
 pub(crate) struct Placed {
     /// Takes the sensor's points to the first sensor's frame.
     pub(crate) world_from_sensor: Isometry3<f64>,
-    /// Added to its stamps, seconds.
+    /// Added to its stamps, half-way through the walk, seconds.
     pub(crate) offset_s: f64,
+    /// How much that grows per second.
+    pub(crate) drift: f64,
 }
 
-/// The tree of highest quality (Kruskal), as pairs of indices; the groups that no edge joins if there are several.
+impl Placed {
+    /// What is added to its stamps `since_middle_s` after the middle of the walk, seconds.
+    pub(crate) fn offset_at(&self, since_middle_s: f64) -> f64 {
+        self.offset_s + self.drift * since_middle_s
+    }
+}
+
+/// The tree of highest quality (Kruskal), as pairs of indices; the groups that no edge joins if there are several. Sensors
+/// that stand in one frame `already` need no edge between them.
 pub(crate) fn spanning_tree(
     sensors: usize,
     edges: &Edges,
+    already: &[usize],
 ) -> Result<BTreeSet<(usize, usize)>, Vec<Vec<usize>>> {
     let mut order: Vec<_> = edges.iter().collect();
     order.sort_by(|x, y| y.1.quality.total_cmp(&x.1.quality).then(x.0.cmp(y.0)));
     let mut group: Vec<usize> = (0..sensors).collect();
+    already
+        .iter()
+        .for_each(|sensor| group[*sensor] = already[0]);
     let mut tree = BTreeSet::new();
     for (&(a, b), _) in order {
         let (ga, gb) = (group[a], group[b]);
@@ -46,18 +60,34 @@ pub(crate) fn spanning_tree(
     Err(groups)
 }
 
-/// Walks the tree from sensor 0, which stands at the origin.
-pub(crate) fn place(sensors: usize, tree: &BTreeSet<(usize, usize)>, edges: &Edges) -> Vec<Placed> {
+/// The pair of the tree that agrees least.
+pub(crate) fn weakest(tree: &BTreeSet<(usize, usize)>, edges: &Edges) -> Option<(usize, usize)> {
+    let quality = |pair: &(usize, usize)| edges[pair].quality;
+    let worse = |x: &&(usize, usize), y: &&(usize, usize)| quality(x).total_cmp(&quality(y));
+    tree.iter().min_by(worse).copied()
+}
+
+/// Walks the tree from the sensors that are `held`, or else from sensor 0, which then stands at the origin.
+pub(crate) fn place(
+    sensors: usize,
+    tree: &BTreeSet<(usize, usize)>,
+    edges: &Edges,
+    held: &[(usize, Placed)],
+) -> Vec<Placed> {
     let origin = Placed {
         world_from_sensor: Isometry3::identity(),
         offset_s: 0.0,
+        drift: 0.0,
     };
     let mut placed: Vec<Option<Placed>> = vec![None; sensors];
-    let mut queue = vec![(0, origin)];
+    let mut queue = held.to_vec();
+    held.iter()
+        .for_each(|(sensor, pose)| placed[*sensor] = Some(*pose));
+    if queue.is_empty() {
+        placed[0] = Some(origin);
+        queue.push((0, origin));
+    }
     while let Some((sensor, pose)) = queue.pop() {
-        if placed[sensor].replace(pose).is_some() {
-            continue;
-        }
         for &(a, b) in tree.iter().filter(|(a, b)| *a == sensor || *b == sensor) {
             let other = if a == sensor { b } else { a };
             if placed[other].is_none() {
@@ -70,7 +100,9 @@ pub(crate) fn place(sensors: usize, tree: &BTreeSet<(usize, usize)>, edges: &Edg
                 let next = Placed {
                     world_from_sensor: pose.world_from_sensor * step,
                     offset_s: pose.offset_s + offset_s,
+                    drift: 0.0,
                 };
+                placed[other] = Some(next);
                 queue.push((other, next));
             }
         }
@@ -97,9 +129,9 @@ mod tests {
             ((1, 2), edge(1.0, 4.0)),
             ((0, 2), edge(9.0, 1.0)),
         ]);
-        let tree = spanning_tree(3, &edges).unwrap();
+        let tree = spanning_tree(3, &edges, &[]).unwrap();
         assert_eq!(tree, BTreeSet::from([(0, 1), (1, 2)]));
-        let placed = place(3, &tree, &edges);
+        let placed = place(3, &tree, &edges, &[]);
         assert_eq!(placed[2].world_from_sensor.translation.vector.x, 2.0);
         assert_eq!(placed[2].offset_s, 2.0);
     }
@@ -107,16 +139,32 @@ mod tests {
     #[test]
     fn a_tree_is_walked_against_its_edges_too() {
         let edges = Edges::from([((0, 2), edge(3.0, 1.0)), ((1, 2), edge(1.0, 1.0))]);
-        let tree = spanning_tree(3, &edges).unwrap();
-        let placed = place(3, &tree, &edges);
+        let tree = spanning_tree(3, &edges, &[]).unwrap();
+        let placed = place(3, &tree, &edges, &[]);
         assert_eq!(placed[1].world_from_sensor.translation.vector.x, 2.0);
         assert_eq!(placed[1].offset_s, 2.0);
     }
 
     #[test]
+    fn sensors_that_are_held_need_no_edge_and_do_not_move() {
+        let edges = Edges::from([((1, 2), edge(1.0, 1.0))]);
+        let held = |x: f64| Placed {
+            world_from_sensor: Isometry3::translation(x, 0.0, 0.0),
+            offset_s: -x,
+            drift: 0.0,
+        };
+        let tree = spanning_tree(3, &edges, &[0, 1]).unwrap();
+        assert_eq!(weakest(&tree, &edges), Some((1, 2)));
+        let placed = place(3, &tree, &edges, &[(0, held(7.0)), (1, held(5.0))]);
+        let xs = [0, 1, 2].map(|s: usize| placed[s].world_from_sensor.translation.vector.x);
+        assert_eq!(xs, [7.0, 5.0, 6.0]);
+        assert_eq!(placed[2].offset_s, -4.0);
+    }
+
+    #[test]
     fn separate_groups_are_told() {
         let edges = Edges::from([((0, 2), edge(1.0, 1.0)), ((1, 3), edge(1.0, 1.0))]);
-        let groups = spanning_tree(4, &edges).unwrap_err();
+        let groups = spanning_tree(4, &edges, &[]).unwrap_err();
         assert_eq!(groups, [[0, 2], [1, 3]]);
     }
 }

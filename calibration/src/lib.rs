@@ -12,6 +12,8 @@
 //! No I/O and no clock: strings and data in, data out. Metres, radians and nanoseconds unless a name says otherwise.
 
 mod against;
+mod beliefs;
+mod bundle;
 mod collector;
 mod compare;
 mod diagnose;
@@ -23,8 +25,12 @@ mod kabsch;
 mod look;
 mod matching;
 mod monitor;
+mod noise;
+mod normal;
 mod options;
 mod pair;
+mod people;
+mod posterior;
 mod refine;
 mod report;
 mod residual;

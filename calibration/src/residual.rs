@@ -19,6 +19,8 @@ const MIN_BONE_M: f64 = 0.15;
 pub(crate) struct Evidence<'e> {
     pub(crate) names: &'e [&'e str],
     pub(crate) seen: &'e [Vec<Vec<Pose>>],
+    /// The same before biases were taken out.
+    pub(crate) raw: &'e [Vec<Vec<Pose>>],
     pub(crate) held_out: &'e [bool],
     pub(crate) spacing_s: f64,
     pub(crate) placed: &'e [Placed],
@@ -26,16 +28,17 @@ pub(crate) struct Evidence<'e> {
     pub(crate) room_from_world: Isometry3<f64>,
 }
 
-/// The rows of all pairs that saw somebody at the same time, and the held-out distances behind them (mm).
+/// The rows of all pairs that saw somebody at the same time, and the held-out distances behind them (mm). `standing`: whether
+/// a pair is in the tree, and whether it is its weakest.
 pub(crate) fn pair_rows(
     evidence: &Evidence<'_>,
-    in_tree: impl Fn(usize, usize) -> bool,
+    standing: impl Fn((usize, usize)) -> (bool, bool),
 ) -> Vec<((usize, usize), PairRow, Vec<f64>)> {
     let sensors = evidence.names.len();
     let mut rows = Vec::new();
     for a in 0..sensors {
         for b in a + 1..sensors {
-            if let Some((row, distances)) = pair_row(evidence, a, b, in_tree(a, b)) {
+            if let Some((row, distances)) = pair_row(evidence, a, b, standing((a, b))) {
                 rows.push(((a, b), row, distances));
             }
         }
@@ -47,7 +50,7 @@ fn pair_row(
     evidence: &Evidence<'_>,
     a: usize,
     b: usize,
-    in_tree: bool,
+    (in_tree, weakest): (bool, bool),
 ) -> Option<(PairRow, Vec<f64>)> {
     let (seen_a, seen_b) = (&evidence.seen[a], &evidence.seen[b]);
     let [of_a, of_b] = [a, b].map(|s| evidence.placed[s].world_from_sensor);
@@ -65,7 +68,8 @@ fn pair_row(
         let distances = distances(bodies_a, bodies_b, &a_from_b);
         if held_out {
             after.extend(&distances);
-            before.extend(self::distances(bodies_a, bodies_b, &identity));
+            let [raw_a, raw_b] = [a, b].map(|s| &evidence.raw[s][instant]);
+            before.extend(self::distances(raw_a, raw_b, &identity));
         } else {
             solved += 1;
         }
@@ -107,7 +111,7 @@ fn pair_row(
         p95_mm: quantile(&mut after, 0.95).unwrap_or(0.0),
         halves_mm: halves.map(|mut half| median(&mut half).unwrap_or(0.0)),
         in_tree,
-        weakest: false,
+        weakest,
     };
     Some((row, after))
 }

@@ -2,20 +2,22 @@
 
 use std::collections::BTreeSet;
 
-use posefuse_skeleton::{Calibration, Joint, SensorPose, Timestamp, Transform};
+use nalgebra::Vector3;
+use posefuse_skeleton::{Calibration, JointMap, SensorPose, Timestamp, Transform};
 
+use crate::bundle::sample;
 use crate::diagnose::Case;
-use crate::graph::{self, Edges};
-use crate::refine::{Choice, Refined, refine};
+use crate::graph::{self, Edges, Placed};
+use crate::posterior::posterior;
+use crate::refine::{Refined, refine};
 use crate::residual::{Evidence, instants, pair_rows, sensor_rows};
 use crate::tracks::SensorTracks;
-use crate::{CalibrationError, Options, Report, SensorRow, SensorWalk, Solution, Verdict, Walk};
 use crate::verdict::Findings;
+use crate::{
+    CalibrationError, HandFloor, Options, Report, SensorCovariance, SensorRow, SensorWalk,
+    Solution, Verdict, Walk,
+};
 use crate::{against, diagnose, floor, look, pair, verdict};
-
-/// What lies between a body's skin and its joints, metres, with room for error. Beyond, the rays do not start at the
-/// sensor: the two-Kinect recordings, which their logger turned and moved, give -80 to -340 mm.
-const PLAUSIBLE_BIAS_M: std::ops::RangeInclusive<f64> = -0.015..=0.06;
 
 /// Finds where every sensor of `walk` stands, and says how far the answer can be trusted.
 ///
@@ -55,7 +57,8 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
     } else {
         0.0
     };
-    let edges = edges(&sensors, &solved, max_offset_s);
+    let held = held(&names, options);
+    let edges = edges(&sensors, &solved, max_offset_s, &held);
     let case = Case {
         walks: &walks,
         looks: &looks,
@@ -64,56 +67,73 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
         spacing_s,
         max_offset_s,
     };
-    let tree = graph::spanning_tree(sensors.len(), &edges).map_err(|groups| {
+    let tree = graph::spanning_tree(sensors.len(), &edges, &indices(&held)).map_err(|groups| {
         CalibrationError::Disconnected {
             groups: named(&groups, &names),
             cause: diagnose::between(&case, &sensors, &groups),
         }
     })?;
-    let placed = graph::place(sensors.len(), &tree, &edges);
-    let (refined, ray_bias_mm) = refined(&sensors, &solved, placed, options);
-
-    let seen: Vec<_> = sensors
-        .iter()
-        .zip(&refined.placed)
-        .map(|(sensor, placed)| sensor.sample(&times, placed.offset_s))
-        .collect();
-    let floor = floor::find(&names, &seen, &refined.placed, root);
+    let placed = graph::place(sensors.len(), &tree, &edges, &held);
+    let refined = refine(&walks, &sensors, &solved, placed, span_s, options);
+    let raw = sample(&sensors, &times, refined.placed(), span_s / 2.0);
+    let seen = refined.corrected(&raw);
+    let floor = if held.is_empty() {
+        floor::find(
+            &names,
+            &seen,
+            refined.placed(),
+            root,
+            options.floor.as_ref(),
+        )
+    } else {
+        floor::kept(&names, &seen, refined.placed())
+    };
     let evidence = Evidence {
         names: &names,
         seen: &seen,
+        raw: &raw,
         held_out: &held_out,
         spacing_s,
-        placed: &refined.placed,
+        placed: refined.placed(),
         room_from_world: floor.room_from_world,
     };
-    let pairs = pair_rows(&evidence, |a, b| tree.contains(&(a, b)));
-    let rows = sensor_rows(&evidence, &pairs, &refined.samples, root);
+    let weakest = graph::weakest(&tree, &edges);
+    let pairs = pair_rows(&evidence, |pair| {
+        (tree.contains(&pair), weakest == Some(pair))
+    });
+    let mut rows = sensor_rows(&evidence, &pairs, &refined.bundled.samples, root);
+    let covariance = add_sigmas(&evidence, &refined, &mut rows);
     let pairs: Vec<_> = pairs.into_iter().map(|(_, row, _)| row).collect();
     let suspicions = verdict::suspicions(&rows, &pairs, options);
-    let causes = suspicions.iter().filter_map(|s| diagnose::cause(&case, &sensors, *s));
-    let ray_bias = Joint::ALL.map(|joint| (joint, ray_bias_mm.unwrap_or(0.0) * 1e-3));
+    let causes = suspicions
+        .iter()
+        .filter_map(|s| diagnose::cause(&case, &sensors, *s));
     let findings = Findings {
         sensors: &rows,
         pairs: &pairs,
         floor: &floor.row,
         looks: &looks,
-        against: &against::against(&evidence, &ray_bias.into_iter().collect()),
+        against: &against::against(&evidence, &JointMap::empty()),
         turned: against::turned(&evidence),
         causes: &causes.collect::<Vec<_>>(),
     };
-    let (verdict, reasons) = verdict::judge(&findings, options);
-    let rows = none_ahead(rows);
+    let (verdict, mut reasons) = verdict::judge(&findings, options);
+    reasons.extend(refined.notes());
+    let rows = if held.is_empty() {
+        none_ahead(rows)
+    } else {
+        rows
+    };
     Ok(Solution {
-        calibration: calibration(&evidence, &rows, &floor, verdict, options),
+        calibration: calibration(&evidence, &rows, &floor, &refined, verdict, options),
         report: Report {
             verdict,
             reasons,
             sensors: rows,
             pairs,
             floor: floor.row,
-            ray_bias_mm,
-            covariance: Vec::new(),
+            ray_bias_mm: refined.ray_bias_mm(),
+            covariance,
             duration_s: span_s,
         },
     })
@@ -127,6 +147,9 @@ fn validate(names: &[&str], options: &Options) -> Result<usize, CalibrationError
     if names.is_empty() {
         return Err(CalibrationError::NoSensor);
     }
+    if let Some(hand) = &options.floor {
+        validate_floor(hand, names)?;
+    }
     let Some(root) = &options.root else {
         return Ok(0);
     };
@@ -137,6 +160,28 @@ fn validate(names: &[&str], options: &Options) -> Result<usize, CalibrationError
             root: root.clone(),
             sensors: names.iter().map(|name| (*name).to_owned()).collect(),
         })
+}
+
+/// Whether a floor set by hand can be one.
+fn validate_floor(hand: &HandFloor, names: &[&str]) -> Result<(), CalibrationError> {
+    let refused = |what: &str| Err(CalibrationError::HandFloor(what.to_owned()));
+    if !names.contains(&hand.sensor.as_str()) {
+        return refused("its `sensor` must be one of this walk");
+    }
+    let up = hand.up.map(Vector3::from);
+    if up.is_some_and(|up| !(1e-6..1e6).contains(&up.norm())) {
+        return refused("its `up` must be a direction, such as [0, -1, 0] for a level sensor");
+    }
+    let numbers = [hand.height_m, hand.looks_deg].into_iter().flatten();
+    if numbers
+        .chain(hand.at_m.into_iter().flatten())
+        .any(|n| n.abs() > 1e4 || n.is_nan())
+    {
+        return refused(
+            "its `height_m`, `at_m` and `looks_deg` must be lengths in metres and an angle in degrees",
+        );
+    }
+    Ok(())
 }
 
 /// The time during which two sensors or more (the only one, if it is alone) saw somebody: its start, and its length in
@@ -158,10 +203,19 @@ fn span(walks: &[&SensorWalk]) -> (Timestamp, f64) {
     }
 }
 
-fn edges(sensors: &[SensorTracks], times: &[f64], max_offset_s: f64) -> Edges {
+fn edges(
+    sensors: &[SensorTracks],
+    times: &[f64],
+    max_offset_s: f64,
+    held: &[(usize, Placed)],
+) -> Edges {
+    let is_held = |sensor: usize| held.iter().any(|(index, _)| *index == sensor);
     let mut edges = Edges::new();
     for a in 0..sensors.len() {
         for b in a + 1..sensors.len() {
+            if is_held(a) && is_held(b) {
+                continue;
+            }
             if let Some(start) = pair::start(&sensors[a], &sensors[b], times, max_offset_s) {
                 edges.insert((a, b), start);
             }
@@ -170,25 +224,62 @@ fn edges(sensors: &[SensorTracks], times: &[f64], max_offset_s: f64) -> Edges {
     edges
 }
 
-/// Refinement with the ray bias where that is wanted and what it finds can be skin; without it otherwise.
-fn refined(
-    sensors: &[SensorTracks],
-    times: &[f64],
-    placed: Vec<graph::Placed>,
-    options: &Options,
-) -> (Refined, Option<f64>) {
-    let choice = |ray_bias| Choice {
-        time_offsets: options.time_offsets,
-        ray_bias,
+/// The sensors that are held, by index, where they stand in the room.
+fn held(names: &[&str], options: &Options) -> Vec<(usize, Placed)> {
+    let held = |(index, name): (usize, &&str)| {
+        let pose = options.fixed.get(*name)?;
+        let placed = Placed {
+            world_from_sensor: *pose.room_from_sensor.isometry(),
+            offset_s: pose.time_offset_ns as f64 * 1e-9,
+            drift: 0.0,
+        };
+        Some((index, placed))
     };
-    if options.ray_bias && sensors.len() > 1 {
-        let refined = refine(sensors, times, placed.clone(), choice(true));
-        if PLAUSIBLE_BIAS_M.contains(&refined.bias_m) {
-            let bias_mm = refined.bias_m * 1e3;
-            return (refined, Some(bias_mm));
+    names.iter().enumerate().filter_map(held).collect()
+}
+
+fn indices(held: &[(usize, Placed)]) -> Vec<usize> {
+    held.iter().map(|(index, _)| *index).collect()
+}
+
+/// Puts what is known of each pose and clock into the rows, and gives the covariances.
+fn add_sigmas(
+    evidence: &Evidence<'_>,
+    refined: &Refined,
+    rows: &mut [SensorRow],
+) -> Vec<SensorCovariance> {
+    let placed = refined.placed();
+    if refined.setting.drift {
+        let mean = placed.iter().map(|p| p.drift).sum::<f64>() / placed.len() as f64;
+        for (row, placed) in rows.iter_mut().zip(placed) {
+            // What is added to its stamps shrinks while a fast clock gains.
+            row.clock_drift_ppm = Some((mean - placed.drift) * 1e6);
         }
     }
-    (refine(sensors, times, placed, choice(false)), None)
+    let Some(covariance) = refined
+        .bundled
+        .covariance
+        .as_ref()
+        .filter(|_| rows.len() > 1)
+    else {
+        return Vec::new();
+    };
+    let held = &refined.setting.held;
+    let known = posterior(
+        covariance,
+        evidence.names,
+        placed,
+        held,
+        &evidence.room_from_world,
+    );
+    let mut covariances = Vec::new();
+    for (row, known) in rows.iter_mut().zip(known) {
+        if let Some((covariance, sigma)) = known {
+            row.sigma = Some(sigma);
+            covariances.push(covariance);
+        }
+    }
+    covariances
 }
 
 /// Time offsets with the largest as 0: added to a capture time, none gives a time that is yet to come.
@@ -210,6 +301,7 @@ fn calibration(
     evidence: &Evidence<'_>,
     rows: &[SensorRow],
     floor: &floor::Floor,
+    refined: &Refined,
     verdict: Verdict,
     options: &Options,
 ) -> Calibration {
@@ -221,8 +313,16 @@ fn calibration(
             residual_median_m: row.median_mm * 1e-3,
             residual_p95_m: row.p95_mm * 1e-3,
             samples: row.solved_samples,
-            ..SensorPose::default()
+            sigma: row.sigma,
         };
+        // A sensor that was held stands where it stood, to the last bit.
+        let held = options.fixed.get(&row.name);
+        let pose = held.map_or(pose.clone(), |held| SensorPose {
+            room_from_sensor: held.room_from_sensor,
+            time_offset_ns: held.time_offset_ns,
+            sigma: held.sigma,
+            ..pose
+        });
         (row.name.clone(), pose)
     };
     Calibration {
@@ -231,6 +331,7 @@ fn calibration(
         floor: floor.row.source,
         verdict: verdict.name().to_owned(),
         sensors: rows.iter().zip(evidence.placed).map(pose).collect(),
-        ..Calibration::default()
+        ray_bias_m: refined.ray_bias_m(),
+        joint_offsets_m: refined.joint_offsets_m(),
     }
 }

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use posefuse_skeleton::{JOINT_COUNT, Joint, Timestamp};
 
 use crate::{SensorWalk, WalkBody};
@@ -16,8 +16,10 @@ const TRUSTED: f64 = 0.75;
 const TRUSTED_SHARE: f64 = 0.2;
 /// Frames further apart than this are not interpolated, seconds: two lost frames at 30 Hz.
 const MAX_GAP_S: f64 = 0.11;
-/// Half the span over which a velocity is taken, seconds.
-const VELOCITY_SPAN_S: f64 = 0.066;
+/// Half the span of the frames that a place and a velocity are fitted to, seconds: three frames at 30 Hz.
+const WINDOW_S: f64 = 0.105;
+/// Frames that lie further from that fit (root mean square) are no motion of a body, metres.
+const MAX_ROUGH_M: f64 = 0.06;
 /// Speed above which a joint is a tracker's jump, not a motion, m/s.
 const MAX_SPEED: f64 = 5.0;
 /// No sensor of this class sees further, metres.
@@ -111,21 +113,33 @@ impl Track {
         }
     }
 
+    /// The body at `stamp`: per joint a quadratic through the frames around it, which takes two thirds off white noise
+    /// and gives the velocity along. `None` where there is no frame on each side.
     fn pose(&self, track: usize, stamp: f64) -> Option<Pose> {
-        let here = self.interpolated(stamp)?;
-        let before = self.interpolated(stamp - VELOCITY_SPAN_S);
-        let after = self.interpolated(stamp + VELOCITY_SPAN_S);
-        let velocity = |joint: usize| {
-            let (from, to) = (before.as_ref()?[joint]?.0, after.as_ref()?[joint]?.0);
-            let velocity = (to - from) / (2.0 * VELOCITY_SPAN_S);
-            (velocity.norm() <= MAX_SPEED).then_some(velocity)
+        let next = self.times.partition_point(|time| *time <= stamp);
+        let before = *self.times.get(next.checked_sub(1)?)?;
+        let after = match self.times.get(next) {
+            Some(after) => *after,
+            None if before == stamp => before,
+            None => return None,
         };
+        if after - before > MAX_GAP_S {
+            return None;
+        }
+        let nearest = if stamp - before <= after - stamp {
+            next - 1
+        } else {
+            next
+        };
+        let middle = self.times[nearest];
+        let first = self.times[..nearest].partition_point(|time| *time < middle - WINDOW_S);
+        let last =
+            nearest + self.times[nearest..].partition_point(|time| *time <= middle + WINDOW_S);
+        let times = &self.times[first..last];
+        let frames = &self.frames[first..last];
         let joints = std::array::from_fn(|joint| {
-            here[joint].map(|(at, weight)| Point {
-                at,
-                velocity: velocity(joint).unwrap_or_default(),
-                weight,
-            })
+            let (_, weight) = self.frames[nearest][joint]?;
+            fit(times, frames, joint, stamp, weight)
         });
         Some(Pose {
             track,
@@ -133,27 +147,59 @@ impl Track {
             joints,
         })
     }
+}
 
-    /// Linear between the frames around `stamp`; a joint needs to be in both and takes the lower weight.
-    fn interpolated(&self, stamp: f64) -> Option<Frame> {
-        let next = self.times.partition_point(|time| *time <= stamp);
-        if next == 0 {
-            return None;
+/// The quadratic (a line where there are two frames only) through one joint's places, at `stamp`; `None` where the joint
+/// is not seen on each side of it or does not move like a body: a jump, or an exchange of left and right.
+fn fit(times: &[f64], frames: &[Frame], joint: usize, stamp: f64, weight: f64) -> Option<Point> {
+    let mut powers = [0.0; 5];
+    let mut sums = [Vector3::zeros(); 3];
+    let (mut count, mut left, mut right) = (0, false, false);
+    let mut square = 0.0;
+    for (time, frame) in times.iter().zip(frames) {
+        let Some((at, _)) = frame[joint] else {
+            continue;
+        };
+        let t = time - stamp;
+        (left, right) = (left || t <= 0.0, right || t >= 0.0);
+        count += 1;
+        square += at.norm_squared();
+        let mut power = 1.0;
+        for k in 0..5 {
+            powers[k] += power;
+            if k < 3 {
+                sums[k] += at * power;
+            }
+            power *= t;
         }
-        let (t0, first) = (self.times[next - 1], &self.frames[next - 1]);
-        if stamp == t0 {
-            return Some(*first);
-        }
-        let (t1, second) = (*self.times.get(next)?, &self.frames[next]);
-        if t1 - t0 > MAX_GAP_S {
-            return None;
-        }
-        let share = (stamp - t0) / (t1 - t0);
-        Some(std::array::from_fn(|joint| {
-            let ((p0, w0), (p1, w1)) = (first[joint]?, second[joint]?);
-            Some((p0 + (p1 - p0) * share, w0.min(w1)))
-        }))
     }
+    if !left || !right {
+        return None;
+    }
+    let [n, s1, s2, s3, s4] = powers;
+    let (at, velocity, acceleration) = match count {
+        0 => return None,
+        1 => (sums[0], Vector3::zeros(), Vector3::zeros()),
+        2 => {
+            let det = n * s2 - s1 * s1;
+            let at = (sums[0] * s2 - sums[1] * s1) / det;
+            (at, (sums[1] * n - sums[0] * s1) / det, Vector3::zeros())
+        }
+        _ => {
+            let inverse = Matrix3::new(n, s1, s2, s1, s2, s3, s2, s3, s4).try_inverse()?;
+            let row = |i: usize| {
+                sums[0] * inverse[(i, 0)] + sums[1] * inverse[(i, 1)] + sums[2] * inverse[(i, 2)]
+            };
+            (row(0), row(1), row(2))
+        }
+    };
+    let fitted = at.dot(&sums[0]) + velocity.dot(&sums[1]) + acceleration.dot(&sums[2]);
+    let rough = ((square - fitted) / n).max(0.0).sqrt();
+    (rough <= MAX_ROUGH_M && velocity.norm() <= MAX_SPEED).then_some(Point {
+        at,
+        velocity,
+        weight,
+    })
 }
 
 fn joints_of(body: &WalkBody, threshold: f64) -> Frame {
