@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use posefuse_evaluate::suite::{Setting, Suite};
-use posefuse_evaluate::{Metrics, Tally, preset, table};
+use posefuse_evaluate::{preset, table};
 use posefuse_simulator::World;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -37,25 +37,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let cells = suite.run(&|done, all| eprint!("\r{done} of {all}"))?;
     eprintln!();
-    for (index, setting) in suite.settings.iter().enumerate() {
-        let pooled: Vec<Metrics> = (0..suite.methods.len())
-            .map(|method| {
-                let mut all = Tally::default();
-                cells
-                    .iter()
-                    .filter(|cell| cell.setting == index && cell.method == method)
-                    .for_each(|cell| all.merge(&cell.tally));
-                Metrics::from(&all)
-            })
-            .collect();
-        let bound = pooled.iter().find_map(|metrics| metrics.noise_bound_mm);
-        println!(
-            "{}: noise bound {:.1} mm",
-            setting.name,
-            bound.unwrap_or(f64::NAN)
-        );
-        let runs = suite.methods.iter().map(|method| method.name.as_str());
-        for row in table::rows(&table::WITH_TRUTH, "method", runs.zip(&pooled)) {
+    for group in suite.groups(&cells) {
+        println!("{}: {}", group.name, group.note);
+        let runs = group.runs.iter().map(|run| (run.method.as_str(), &run.all));
+        for row in table::rows(&table::WITH_TRUTH, "method", runs) {
             let cells = row.iter().enumerate();
             let cells = cells.map(|(i, cell)| match i {
                 0 => format!("{cell:12}"),

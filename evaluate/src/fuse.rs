@@ -1,56 +1,54 @@
 //! An engine fed with recorded or simulated inputs, as fast as it goes.
 
-use std::borrow::Borrow;
 use std::time::{Duration, Instant};
 
 use posefuse_fusion::{Config, Engine, Input, Output};
 use posefuse_skeleton::{RoomFrame, Timestamp};
 
-/// What came out of an engine.
-#[derive(Clone, Debug, Default)]
-pub struct Fused {
-    /// The frames, in order.
-    pub frames: Vec<RoomFrame>,
-    /// How long the engine worked for them.
-    pub busy: Duration,
+/// Lets a new engine have `inputs`, with ticks at its own deadlines between them; ticks among the inputs only tell the
+/// time. `give` gets every frame, in order. Returns how long the engine worked.
+pub fn fuse(
+    config: &Config,
+    inputs: impl IntoIterator<Item = (Timestamp, Input)>,
+    give: &mut dyn FnMut(RoomFrame),
+) -> Duration {
+    let inputs = inputs.into_iter().map(|(time, input)| (time, Ok(input)));
+    fuse_watched(config, inputs, |_, _| {}, give)
 }
 
-/// Lets a new engine have `inputs`, with ticks at its own deadlines between them. Ticks among the inputs only tell
-/// the time.
-pub fn fuse<I: Borrow<Input>>(
+/// Like [`fuse`]; an input that is an `Err` is withheld from the engine, and `watch` sees every input just before the
+/// engine would, with the engine.
+pub(crate) fn fuse_watched(
     config: &Config,
-    inputs: impl IntoIterator<Item = (Timestamp, I)>,
-) -> Fused {
-    fuse_watched(config, inputs, |_, _| {})
-}
-
-/// Like [`fuse`]; `watch` sees every input just before the engine does, with the engine.
-pub(crate) fn fuse_watched<I: Borrow<Input>>(
-    config: &Config,
-    inputs: impl IntoIterator<Item = (Timestamp, I)>,
+    inputs: impl IntoIterator<Item = (Timestamp, Result<Input, Input>)>,
     mut watch: impl FnMut(&Engine, &Input),
-) -> Fused {
-    let mut fused = Fused::default();
+    give: &mut dyn FnMut(RoomFrame),
+) -> Duration {
+    let mut busy = Duration::ZERO;
+    let mut frames = Vec::new();
     let mut engine = Engine::new(config.clone());
-    let mut deadline = drain(&mut engine, &mut fused.frames);
+    let mut deadline = drain(&mut engine, &mut frames);
     for (time, input) in inputs {
-        watch(&engine, input.borrow());
-        let input = input.borrow().clone();
+        let (Ok(shown) | Err(shown)) = &input;
+        watch(&engine, shown);
         let begun = Instant::now();
         let mut last = None;
         // A deadline that does not move on would never end.
         while let Some(due) = deadline.filter(|due| *due < time && last.is_none_or(|l| *due > l)) {
             engine.handle(Input::Tick(due));
-            deadline = drain(&mut engine, &mut fused.frames);
+            deadline = drain(&mut engine, &mut frames);
             last = Some(due);
         }
-        if !matches!(input, Input::Tick(_)) {
+        if let Ok(input) = input
+            && !matches!(input, Input::Tick(_))
+        {
             engine.handle(input);
-            deadline = drain(&mut engine, &mut fused.frames);
+            deadline = drain(&mut engine, &mut frames);
         }
-        fused.busy += begun.elapsed();
+        busy += begun.elapsed();
+        frames.drain(..).for_each(&mut *give);
     }
-    fused
+    busy
 }
 
 fn drain(engine: &mut Engine, frames: &mut Vec<RoomFrame>) -> Option<Timestamp> {

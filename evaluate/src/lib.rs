@@ -2,21 +2,27 @@
 //!
 //! - [`compare`]: one fused frame against the truth of its instant.
 //! - [`Truth`]: what is known of the truth; [`SimulatedTruth`] and [`RecordedTruth`].
-//! - [`measure`]: a run's frames against the truth, gathered in a [`Tally`] that runs can be pooled in, shown as
-//!   [`Metrics`].
+//! - [`Judge`]: counts what a run's frames are worth, with or without truth, in a [`Tally`] that runs can be pooled
+//!   in; shown as [`Metrics`].
+//! - [`leave_one_out`]: whether a sensor agrees with what the others make of its people.
 //! - [`SimulatedRoom`]: a simulated room as the engine's inputs; [`fuse`] lets an engine have them.
 //! - [`Method`]: the configurations that are compared.
 //! - [`suite`]: many simulated rooms, all methods on the same inputs.
+//! - [`Report`]: the result, as rows of text ([`table`]), JSON or a page; [`aims`]: what is to be reached.
 //!
 //! No I/O. Units are in the names; a field without one is a share or a count. Every definition stands where the
 //! number is made.
 
+pub mod aims;
+mod alone;
 mod compare;
 mod fuse;
 mod histogram;
+mod judge;
 mod measure;
 mod methods;
 mod metrics;
+mod report;
 mod room;
 mod series;
 pub mod suite;
@@ -24,12 +30,14 @@ pub mod table;
 mod tally;
 mod truth;
 
+pub use alone::leave_one_out;
 pub use compare::{Comparison, FURTHEST_MATCH_M, Pair, compare};
-pub use fuse::{Fused, fuse};
+pub use fuse::fuse;
 pub use histogram::Histogram;
-pub use measure::measure;
+pub use judge::{Judge, Judged};
 pub use methods::{Method, PRESETS, REFERENCE, preset};
 pub use metrics::{ErrorSpread, Metrics};
-pub use room::{SimulatedRoom, perfect_calibration};
+pub use report::{Group, Report, Run};
+pub use room::{SimulatedRoom, observed_body, perfect_calibration};
 pub use tally::Tally;
 pub use truth::{RecordedTruth, SimulatedTruth, Truth};

@@ -68,6 +68,8 @@ pub struct Metrics {
     pub sides_right: Option<f64>,
     /// Leave-one-sensor-out: how far a sensor's trusted joints are from what the other sensors make of them.
     pub left_out: ErrorSpread,
+    /// The median of that for each sensor of each run, mean over them, mm.
+    pub left_out_median_mm: Option<f64>,
     /// Share of a left-out sensor's bodies on whose left and right it and the others agree.
     pub left_out_sides: Option<f64>,
     /// The noise bound B of the rooms, root mean square, mm.
@@ -123,6 +125,7 @@ impl From<&Tally> for Metrics {
             tracks_extra: share(tally.extra, tally.track_frames),
             sides_right: tally.sides_right.mean(),
             left_out: spread(&tally.left_out),
+            left_out_median_mm: mean(&tally.left_out_medians).map(|metres| metres * 1e3),
             left_out_sides: tally.left_out_sides.mean(),
             noise_bound_mm: tally.bound.mean().map(|square| square.sqrt() * 1e3),
             frames: tally.frames,
@@ -133,6 +136,10 @@ impl From<&Tally> for Metrics {
             times_real_time: busy.map(|busy| tally.live_s / busy),
         }
     }
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 fn spread(distances: &Histogram) -> ErrorSpread {

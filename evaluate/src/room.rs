@@ -6,7 +6,7 @@ use std::sync::Arc;
 use posefuse_fusion::{ClockSample, Input};
 use posefuse_simulator::{SimBody, SimFrame, SimSensor, World};
 use posefuse_skeleton::{
-    Body, Calibration, Confidence, JointSet, JointState, Observation, Position, SensorId,
+    Body, Calibration, Confidence, JointSet, JointState, Observation, Position, RawJoint, SensorId,
     SensorIdError, SensorInfo, Timestamp,
 };
 
@@ -151,7 +151,7 @@ impl Feed {
     fn observation(&mut self) -> Observation {
         let received = server(self.arrives_ns());
         let frame = std::mem::replace(&mut self.frame, next_frame(&mut self.sensor));
-        let body = |body: &SimBody| self.body(body);
+        let body = |body: &SimBody| observed_body(&self.info, body.tracking_id, &body.joints);
         Observation {
             sensor: self.info.id,
             sequence: frame.number,
@@ -160,25 +160,26 @@ impl Feed {
             bodies: frame.bodies.iter().map(body).collect(),
         }
     }
+}
 
-    /// A body as it is once it has gone over the wire: positions as f32, no confidence is no joint.
-    fn body(&self, body: &SimBody) -> Body {
-        let skeleton = self.info.joint_set.to_canonical(&body.joints);
-        Body {
-            tracking_id: body.tracking_id,
-            skeleton: skeleton.filter_map(|_, raw| {
-                let rounded = raw.position.vector().map(|v| f64::from(v as f32));
-                (raw.confidence != Confidence::NONE).then(|| {
-                    JointState::measured(
-                        Position::from_vector(rounded),
-                        NOMINAL_SIGMA_M,
-                        raw.confidence,
-                        self.info.id,
-                    )
-                })
-            }),
-            orientations: None,
-        }
+/// A body as a server takes it in: positions have been f32 on the wire, no confidence is no joint. `joints` are in the
+/// order of the sensor's joint set.
+pub fn observed_body(info: &SensorInfo, tracking_id: u64, joints: &[Option<RawJoint>]) -> Body {
+    let skeleton = info.joint_set.to_canonical(joints);
+    Body {
+        tracking_id,
+        skeleton: skeleton.filter_map(|_, raw| {
+            let rounded = raw.position.vector().map(|v| f64::from(v as f32));
+            (raw.confidence != Confidence::NONE).then(|| {
+                JointState::measured(
+                    Position::from_vector(rounded),
+                    NOMINAL_SIGMA_M,
+                    raw.confidence,
+                    info.id,
+                )
+            })
+        }),
+        orientations: None,
     }
 }
 

@@ -10,10 +10,10 @@ use posefuse_skeleton::{Calibration, JointMap, SensorIdError, Timestamp};
 use thiserror::Error;
 
 use crate::fuse::fuse;
-use crate::measure::measure;
+use crate::judge::{Judge, Judged};
 use crate::methods::Method;
+use crate::report::{Group, Run};
 use crate::room::SimulatedRoom;
-use crate::tally::Tally;
 use crate::truth::SimulatedTruth;
 
 /// A room that is simulated once per seed.
@@ -113,8 +113,8 @@ pub struct Cell {
     pub seed: u64,
     /// Which method.
     pub method: usize,
-    /// What was counted.
-    pub tally: Tally,
+    /// What came out.
+    pub judged: Judged,
 }
 
 impl Suite<'_> {
@@ -153,6 +153,25 @@ impl Suite<'_> {
         Ok(cells?.into_iter().flatten().collect())
     }
 
+    /// The cells of a run as groups, one per room.
+    pub fn groups(&self, cells: &[Cell]) -> Vec<Group> {
+        let group = |(index, setting): (usize, &Setting)| {
+            let own = || cells.iter().filter(move |cell| cell.setting == index);
+            let run = |(number, method): (usize, &Method)| {
+                let runs = own().filter(|cell| cell.method == number);
+                Run::new(method, runs.map(|cell| &cell.judged))
+            };
+            let runs: Vec<Run> = self.methods.iter().enumerate().map(run).collect();
+            let bound = runs.iter().find_map(|run| run.all.noise_bound_mm);
+            Group {
+                name: setting.name.clone(),
+                note: bound.map_or_else(String::new, |mm| format!("noise bound B {mm:.1} mm")),
+                runs,
+            }
+        };
+        self.settings.iter().enumerate().map(group).collect()
+    }
+
     fn room(&self, setting: usize, seed: u64) -> Result<Vec<Cell>, SuiteError> {
         let Setting { name, scenario } = &self.settings[setting];
         let scenario = Scenario {
@@ -184,10 +203,12 @@ impl Suite<'_> {
                 false => calibration.clone(),
             };
             let first = (Timestamp::ZERO, Input::Calibration(Arc::new(calibration)));
-            let all = std::iter::once(&first).chain(&inputs);
-            let fused = fuse(&settings.config, all.map(|(time, input)| (*time, input)));
-            let mut tally = measure(&fused.frames, &truth, from);
-            tally.busy_s = fused.busy.as_secs_f64();
+            let all = std::iter::once(first).chain(inputs.iter().cloned());
+            let mut judge = Judge::new(Some(&truth), from);
+            let busy = fuse(&settings.config, all, &mut |frame| judge.add(frame));
+            let mut judged = judge.finish();
+            let tally = &mut judged.tally;
+            tally.busy_s = busy.as_secs_f64();
             tally.live_s = self.seconds;
             if let Some(bound) = bound {
                 tally.bound.add(bound * bound);
@@ -196,7 +217,7 @@ impl Suite<'_> {
                 setting,
                 seed,
                 method,
-                tally,
+                judged,
             }
         };
         Ok(self.methods.iter().enumerate().map(cell).collect())

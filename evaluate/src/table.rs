@@ -160,6 +160,72 @@ pub const WITH_TRUTH: [Column; 18] = [
     }),
 ];
 
+/// The columns of runs without truth.
+pub const ALONE: [Column; 9] = [
+    column(
+        "left out",
+        "mm",
+        "how far a sensor's own joints are from what the other sensors make of them: median, mean over the sensors",
+        1,
+        |m| m.left_out_median_mm,
+    ),
+    column(
+        "rms",
+        "mm",
+        "the same as root mean square: gross errors count for more",
+        1,
+        |m| m.left_out.rms_mm,
+    ),
+    column(
+        "p95",
+        "mm",
+        "nineteen of twenty joints are nearer than this",
+        1,
+        |m| m.left_out.p95_mm,
+    ),
+    Column {
+        smaller_is_better: false,
+        ..column(
+            "sides",
+            "%",
+            "bodies on whose left and right a left-out sensor and the others agree",
+            1,
+            |m| m.left_out_sides.map(|share| share * 100.0),
+        )
+    },
+    column(
+        "jitter",
+        "m/s2",
+        "how much a joint shakes: acceleration that its smooth motion over 0.4 s does not explain",
+        1,
+        |m| m.jitter_mps2,
+    ),
+    column(
+        "bones",
+        "mm",
+        "how much the length of a bone changes over the take (standard deviation)",
+        1,
+        |m| m.bone_sigma_mm,
+    ),
+    column(
+        "spikes",
+        "/min",
+        "how often a joint goes out by 10 cm and back within four frames",
+        1,
+        |m| m.spikes_per_min,
+    ),
+    column(
+        "ahead",
+        "ms",
+        "how long a frame waits for newer ones before it comes out; a choice",
+        0,
+        |m| m.look_ahead_ms,
+    ),
+    column("engine", "us", "what one frame costs on one core", 0, |m| {
+        m.engine_us_per_frame
+    }),
+];
+
 /// The rows of a table, headings and units first: `labels` name each row.
 pub fn rows<'a>(
     columns: &[Column],

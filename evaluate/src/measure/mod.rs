@@ -9,6 +9,8 @@ mod menard;
 mod motion;
 mod sides;
 
+pub(crate) use motion::acceleration;
+
 use posefuse_skeleton::{BONES, Joint, RoomFrame, Timestamp};
 
 use crate::series::{Sample, Series, align};
@@ -16,12 +18,12 @@ use crate::tally::Tally;
 use crate::truth::Truth;
 
 /// Samples of a person further apart than this do not belong to one movement, seconds.
-const LONGEST_STEP_S: f64 = 0.1;
+pub(crate) const LONGEST_STEP_S: f64 = 0.1;
 /// Frames nearer to each other than this say nothing of acceleration, seconds.
 const SHORTEST_STEP_S: f64 = 0.01;
 
 /// Counts what `frames` from `from` on are worth against `truth`.
-pub fn measure(frames: &[RoomFrame], truth: &dyn Truth, from: Timestamp) -> Tally {
+pub(crate) fn measure(frames: &[RoomFrame], truth: &dyn Truth, from: Timestamp) -> Tally {
     let series = align(frames, truth, from);
     let mut tally = Tally {
         frames: series.frames,

@@ -1,0 +1,248 @@
+//! The report as one HTML page that stands by itself.
+
+use std::fmt::Write;
+
+use super::svg::{escaped, number};
+use super::{Group, Report, Run, plots};
+use crate::aims::Aim;
+use crate::methods::REFERENCE;
+use crate::metrics::Metrics;
+use crate::table::{Column, cell};
+
+const STYLE: &str = include_str!("report.css");
+/// How many colours there are; methods beyond begin again.
+const COLOURS: usize = 8;
+/// With more groups than this, plots are drawn of the first only.
+const MOST_PLOTTED: usize = 6;
+
+pub(super) fn html(report: &Report) -> String {
+    let mut page = String::new();
+    let title = escaped(&report.title);
+    push(
+        &mut page,
+        format_args!(
+            "<!doctype html>\n<html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>\
+             <title>{title}</title><style>{STYLE}</style></head><body><main>\n<h1>{title}</h1>\n"
+        ),
+    );
+    for sentence in &report.about {
+        push(
+            &mut page,
+            format_args!("<p class=soft>{}</p>\n", escaped(sentence)),
+        );
+    }
+    legend(report, &mut page);
+    if !report.aims.is_empty() {
+        aims(&report.aims, &mut page);
+    }
+    let plotted = if report.groups.len() > MOST_PLOTTED {
+        1
+    } else {
+        report.groups.len()
+    };
+    for (index, group) in report.groups.iter().enumerate() {
+        section(report, group, index < plotted, &mut page);
+    }
+    glossary(report.columns(), &mut page);
+    page.push_str("</main></body></html>\n");
+    page
+}
+
+fn push(page: &mut String, what: std::fmt::Arguments<'_>) {
+    // Writing to a string cannot fail.
+    let _ = page.write_fmt(what);
+}
+
+fn legend(report: &Report, page: &mut String) {
+    let Some(group) = report.groups.first() else {
+        return;
+    };
+    page.push_str("<section><h2>What is compared</h2><ul class=methods>");
+    for (series, run) in group.runs.iter().enumerate() {
+        push(
+            page,
+            format_args!(
+                "<li><span class='swatch s{}'></span><b>{}</b> <span class=soft>{}</span></li>",
+                series % COLOURS,
+                escaped(&run.method),
+                escaped(&run.about)
+            ),
+        );
+    }
+    page.push_str("</ul></section>\n");
+}
+
+fn aims(aims: &[Aim], page: &mut String) {
+    let met = aims.iter().filter(|aim| aim.met).count();
+    push(
+        page,
+        format_args!(
+            "<section><h2>Aims</h2><p class=soft>{met} of {} are met. A is the mean of the sensors with left and right \
+             put right, B the noise bound of the room.</p><div class=wide><table><thead><tr><th>room</th>\
+             <th style='text-align:left'>figure</th><th>measured</th><th>is</th><th>aim</th><th></th></tr></thead><tbody>",
+            aims.len()
+        ),
+    );
+    for aim in aims {
+        let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
+        let verdict = if aim.met {
+            ("yes", "met")
+        } else {
+            ("no", "missed")
+        };
+        push(
+            page,
+            format_args!(
+                "<tr><td>{}</td><td class=left>{}</td><td>{} {}</td><td>{}</td><td>{}</td><td class={}>{}</td></tr>",
+                escaped(&aim.room),
+                escaped(&aim.figure),
+                shown(aim.measured),
+                escaped(aim.unit),
+                shown(aim.value),
+                escaped(&aim.aim),
+                verdict.0,
+                verdict.1
+            ),
+        );
+    }
+    page.push_str("</tbody></table></div></section>\n");
+}
+
+fn section(report: &Report, group: &Group, plotted: bool, page: &mut String) {
+    push(
+        page,
+        format_args!(
+            "<section><h2>{}</h2><p class=soft>{}</p>",
+            escaped(&group.name),
+            escaped(&group.note)
+        ),
+    );
+    table(report, group, page);
+    if plotted {
+        let what = match report.with_truth {
+            true => "error",
+            false => "distance from a left-out sensor",
+        };
+        push(
+            page,
+            format_args!(
+                "<div class=plots><div><h3>How many joints are how far off</h3>{}</div>\
+                 <div><h3>Steadiness and what it costs in delay</h3>{}</div></div>",
+                plots::distribution(group, what),
+                plots::jitter_and_delay(group)
+            ),
+        );
+        if let Some(plot) = plots::over_time(group) {
+            push(
+                page,
+                format_args!("<h3>Error over time, first run</h3>{plot}"),
+            );
+        }
+        if let Some(plot) = plots::by_joint(group) {
+            push(
+                page,
+                format_args!("<h3>Error of every joint, and the best method's</h3>{plot}"),
+            );
+        }
+    }
+    page.push_str("</section>\n");
+}
+
+fn table(report: &Report, group: &Group, page: &mut String) {
+    let columns = report.columns();
+    page.push_str("<div class=wide><table><thead><tr><th>method</th>");
+    for column in columns {
+        push(
+            page,
+            format_args!(
+                "<th title='{}'>{}<small>{}</small></th>",
+                escaped(column.about),
+                escaped(column.name),
+                if column.unit.is_empty() {
+                    "&nbsp;"
+                } else {
+                    column.unit
+                }
+            ),
+        );
+    }
+    let ratios = report.with_truth && group.of(REFERENCE).is_some();
+    if ratios {
+        page.push_str(
+            "<th title='error as a multiple of reference A'>/ A<small>&nbsp;</small></th>",
+        );
+        page.push_str(
+            "<th title='error as a multiple of the noise bound B'>/ B<small>&nbsp;</small></th>",
+        );
+    }
+    page.push_str("</tr></thead><tbody>");
+    for (series, run) in group.runs.iter().enumerate() {
+        push(
+            page,
+            format_args!(
+                "<tr><td><span class='swatch s{}'></span>{}</td>",
+                series % COLOURS,
+                escaped(&run.method)
+            ),
+        );
+        for column in columns {
+            let best = is_best(column, run, group);
+            let class = if best { " class=best" } else { "" };
+            push(
+                page,
+                format_args!("<td{class}>{}</td>", cell(column, &run.all)),
+            );
+        }
+        if ratios {
+            let error = |metrics: &Metrics| metrics.own_error.mean_mm;
+            let a = group.of(REFERENCE).and_then(|run| error(&run.all));
+            for reference in [a, run.all.noise_bound_mm] {
+                let ratio = error(&run.all).zip(reference).map(|(e, r)| e / r);
+                let shown = ratio.map_or_else(|| "-".to_owned(), |r| format!("{r:.2}"));
+                push(page, format_args!("<td>{shown}</td>"));
+            }
+        }
+        page.push_str("</tr>");
+    }
+    page.push_str("</tbody></table></div>");
+}
+
+/// Whether no other method's figure, as it is shown, is better, and not all are the same.
+fn is_best(column: &Column, run: &Run, group: &Group) -> bool {
+    let shown = |run: &Run| cell(column, &run.all).parse::<f64>().ok();
+    let Some(own) = shown(run) else {
+        return false;
+    };
+    let own_key = if column.smaller_is_better { own } else { -own };
+    let others: Vec<f64> = group
+        .runs
+        .iter()
+        .filter_map(shown)
+        .map(|value| {
+            if column.smaller_is_better {
+                value
+            } else {
+                -value
+            }
+        })
+        .collect();
+    others.iter().all(|other| own_key <= *other) && others.iter().any(|other| own_key < *other)
+}
+
+fn glossary(columns: &[Column], page: &mut String) {
+    page.push_str("<section><h2>What the figures mean</h2><dl>");
+    for column in columns {
+        push(
+            page,
+            format_args!(
+                "<dt>{}</dt><dd>{}</dd>",
+                escaped(column.name),
+                escaped(column.about)
+            ),
+        );
+    }
+    page.push_str("</dl></section>\n");
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,148 @@
+//! The report's plots.
+
+use std::fmt::Write;
+
+use super::svg::{Axis, Plot, escaped, number};
+use super::{Group, Run};
+
+const SIZE: [f64; 2] = [520.0, 300.0];
+const WIDE: [f64; 2] = [1060.0, 260.0];
+/// Shares beyond this are not drawn: a few gross errors would leave no room for all others.
+const CDF_TO: f64 = 0.98;
+
+/// How large a share of the joints is off by no more than so many millimetres.
+pub(super) fn distribution(group: &Group, what: &str) -> String {
+    let shown = |run: &Run| -> Vec<(f64, f64)> {
+        let points = run.cdf.iter().filter(|(_, share)| *share <= CDF_TO);
+        points.map(|(mm, share)| (*mm, share * 100.0)).collect()
+    };
+    let furthest = group.runs.iter().flat_map(shown).map(|(mm, _)| mm);
+    let x = Axis::from_zero(&format!("{what}, mm"), furthest);
+    let y = Axis {
+        label: "share of joints, %".into(),
+        low: 0.0,
+        high: 100.0,
+        logarithmic: false,
+    };
+    let mut plot = Plot::new("distribution of the error", SIZE, x, y);
+    for (series, run) in group.runs.iter().enumerate() {
+        plot.line(series, &run.method, &shown(run));
+    }
+    plot.finish()
+}
+
+/// What steadiness costs in delay.
+pub(super) fn jitter_and_delay(group: &Group) -> String {
+    let delay = |run: &Run| {
+        let ahead = run.all.look_ahead_ms?;
+        Some(run.all.lag_ms.unwrap_or(0.0).max(0.0) + ahead)
+    };
+    let points: Vec<(usize, &Run, f64, f64)> = group
+        .runs
+        .iter()
+        .enumerate()
+        .filter_map(|(series, run)| Some((series, run, delay(run)?, run.all.jitter_mps2?)))
+        .collect();
+    let jitters = || points.iter().map(|p| p.3).filter(|jitter| *jitter > 0.0);
+    let (low, high) = jitters().fold((f64::INFINITY, 0.0_f64), |(l, h), j| (l.min(j), h.max(j)));
+    let known = low.is_finite() && high > 0.0;
+    let x = Axis::from_zero(
+        "delay: look-ahead and lag, ms",
+        points.iter().map(|p| p.2 * 1.15),
+    );
+    let y = Axis {
+        label: "jitter, m/s² (logarithmic)".into(),
+        low: if known { low * 0.6 } else { 0.1 },
+        high: if known { high * 1.6 } else { 10.0 },
+        logarithmic: true,
+    };
+    let mut plot = Plot::new("jitter against delay", SIZE, x, y);
+    for (series, run, delay, jitter) in points {
+        let text = format!(
+            "{}: {} m/s², {} ms",
+            run.method,
+            number(jitter),
+            number(delay)
+        );
+        plot.dot(series, &text, (delay, jitter), Some(&run.method));
+    }
+    plot.finish()
+}
+
+/// The error during the first run.
+pub(super) fn over_time(group: &Group) -> Option<String> {
+    let all = || group.runs.iter().flat_map(|run| &run.over_time);
+    all().next()?;
+    let mut values: Vec<f64> = all().map(|(_, mm)| *mm).collect();
+    values.sort_by(f64::total_cmp);
+    // One wild moment of one method would flatten all the rest.
+    let most = values[(values.len() - 1) * 98 / 100];
+    let x = Axis::from_zero("time, s", all().map(|(s, _)| *s));
+    let y = Axis::from_zero("mean error, mm", std::iter::once(most));
+    let mut plot = Plot::new("error over time", WIDE, x, y);
+    for (series, run) in group.runs.iter().enumerate() {
+        plot.line(series, &run.method, &run.over_time);
+    }
+    Some(plot.finish())
+}
+
+/// The error of every joint, as rows of dots.
+pub(super) fn by_joint(group: &Group) -> Option<String> {
+    let joints: Vec<&str> = group
+        .runs
+        .first()?
+        .all
+        .by_joint_mm
+        .keys()
+        .copied()
+        .collect();
+    if joints.is_empty() {
+        return None;
+    }
+    let worst = group
+        .runs
+        .iter()
+        .flat_map(|run| run.all.by_joint_mm.values());
+    let worst = worst.copied().fold(1.0, f64::max);
+    let mut rows = String::new();
+    for joint in joints {
+        let dots: String = group
+            .runs
+            .iter()
+            .enumerate()
+            .filter_map(|(series, run)| {
+                let mm = run.all.by_joint_mm.get(joint)?;
+                Some(format!(
+                    "<i class=s{series} style='left:{:.2}%' title='{}: {} mm'></i>",
+                    100.0 * mm / worst,
+                    escaped(&run.method),
+                    number(*mm)
+                ))
+            })
+            .collect();
+        let best = group
+            .runs
+            .iter()
+            .filter_map(|run| run.all.by_joint_mm.get(joint));
+        let best = best.copied().fold(f64::INFINITY, f64::min);
+        let _ = write!(
+            rows,
+            "<div class=joint><span>{}</span><div>{dots}</div><b>{} mm</b></div>",
+            escaped(&spaced(joint)),
+            number(best)
+        );
+    }
+    Some(format!("<div class=joints>{rows}</div>"))
+}
+
+/// `HandTipLeft` as `hand tip left`.
+fn spaced(joint: &str) -> String {
+    let mut out = String::new();
+    for c in joint.chars() {
+        if c.is_uppercase() && !out.is_empty() {
+            out.push(' ');
+        }
+        out.extend(c.to_lowercase());
+    }
+    out
+}
