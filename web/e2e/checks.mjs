@@ -1,5 +1,7 @@
 // What is checked on the page, in the order an operator would do it.
 
+import { calibration } from "./calibration.mjs";
+
 const attribute = (page, testid, name) => page.getByTestId(testid).getAttribute(name);
 const pressed = async (page, testid) => (await attribute(page, testid, "aria-pressed")) === "true";
 const drawn = async (page, what) => Number((await attribute(page, "stage", `data-${what}`)) ?? 0);
@@ -28,6 +30,7 @@ export async function fullRoom(page, report, opts) {
   const take = `e2e_${Date.now() % 1_000_000}`;
   await record(page, report, take);
   await replay(page, report, take);
+  await calibration(page, report, opts);
   await keyboard(page, report);
   await appearance(page, report);
   await serverGone(page, report);
@@ -212,7 +215,6 @@ async function keyboard(page, report) {
     await page.getByTestId("stage").focus();
     await page.keyboard.press("k");
     await page.getByTestId("calibrate-panel").waitFor({ timeout: 3000 });
-    await report.shot("calibrate dark");
     await page.keyboard.press("Escape");
     await page.getByTestId("calibrate-panel").waitFor({ state: "detached", timeout: 3000 });
   });

@@ -48,6 +48,7 @@ describe("a walk's progress", () => {
     const at = (share: number, hint = "", solving = false) => instruction({ share, hint, solving });
     expect(instruction(null)).toBe("Waiting for the first frames …");
     expect(at(0.2, "walk to where cam1 sees you")).toBe("Walk to where cam1 sees you");
+    expect(instruction({ share: 0.2, hint: "`cam1` sees nobody", solving: false }, ["cam1"])).toBe("cam1 sees nobody");
     expect(at(0.2)).toBe("Walk about, turn around, reach.");
     expect(at(1)).toBe("Enough seen.");
     expect(at(1, "stale words", true)).toBe("Thank you. Solving …");

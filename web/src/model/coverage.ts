@@ -75,14 +75,19 @@ export function linkOf(progress: SensorProgress): Link | null {
   return best;
 }
 
-/** What the person in the room is told, in large letters. */
-export function instruction(progress: { hint: string; solving: boolean; share: number } | null): string {
+/** What the person in the room is told, in large letters. `names` are sensors', which are written as they are. */
+export function instruction(progress: { hint: string; solving: boolean; share: number } | null, names: readonly string[] = []): string {
   if (!progress) return "Waiting for the first frames …";
   if (progress.solving) return "Thank you. Solving …";
-  return sentence(progress.hint) || (progress.share >= 1 ? "Enough seen." : "Walk about, turn around, reach.");
+  return sentence(progress.hint, names) || (progress.share >= 1 ? "Enough seen." : "Walk about, turn around, reach.");
 }
 
-/** The server's words begin small, as parts of a sentence do; on their own they begin large. */
-export function sentence(words: string): string {
+/**
+ * The server's words begin small, as parts of a sentence do, and set names in backticks, as in a terminal; on their own
+ * they begin large, unless with a name, and names stand as they are.
+ */
+export function sentence(text: string, names: readonly string[] = []): string {
+  const words = text.replaceAll("`", "");
+  if (names.some((name) => name !== "" && words.startsWith(name))) return words;
   return words.charAt(0).toUpperCase() + words.slice(1);
 }

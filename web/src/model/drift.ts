@@ -1,18 +1,35 @@
 // Whether a sensor still stands where its calibration says.
 
 import type { Drift, SensorStatus } from "../gen/posefuse/v1/room_pb";
+import { sentence } from "./coverage";
 import { fixed } from "./format";
 
 export interface Alarm {
   sensor: string;
-  /** By how much, e.g. `23 mm and 1.1°`. */
-  amount: string;
+  /** Who moved and by how much, a sentence without its full stop. */
+  what: string;
+  /** What to do. */
+  remedy: string;
   muted: boolean;
 }
 
 /** The sensors that have moved, in the order given. */
 export function alarmsOf(sensors: readonly SensorStatus[]): Alarm[] {
-  return sensors.flatMap((s) => (s.drift?.alarm ? [{ sensor: s.info?.name ?? "", amount: amountOf(s.drift), muted: s.muted }] : []));
+  return sensors.flatMap((s) => {
+    if (!s.drift?.alarm) return [];
+    const sensor = s.info?.name ?? "";
+    // The server's words know more: of two sensors nobody can tell which one moved.
+    const told = /^[^:]*\bhas moved\b[^:]*/.exec(s.trouble)?.[0];
+    const unsure = told?.startsWith("either") ?? false;
+    return [{
+      sensor,
+      what: told ? sentence(told) : `Sensor ${sensor} has moved by about ${amountOf(s.drift)}`,
+      remedy: unsure
+        ? "Find out which, walk about for 20 s in view of both, then recalibrate that one."
+        : "Walk about for 20 s in its view, then recalibrate it.",
+      muted: s.muted,
+    }];
+  });
 }
 
 /** Shifts under a centimetre are told in whole millimetres, turns in tenths of a degree. */

@@ -11,12 +11,22 @@ const plain = (text: string) => text.replaceAll("\u00a0", " ");
 
 describe("drift", () => {
   const moved = { movedMm: 22.6, movedDeg: 1.13, movedSigmaMm: 4, movedSigmaDeg: 0.2, residualMm: 41, usualMm: 24 };
-  const sensor = (name: string, alarm: boolean, muted = false) =>
-    create(SensorStatusSchema, { info: { name }, state: SensorState.LIVE, muted, drift: { ...moved, alarm } });
+  const sensor = (name: string, alarm: boolean, trouble = "", muted = false) =>
+    create(SensorStatusSchema, { info: { name }, state: SensorState.LIVE, trouble, muted, drift: { ...moved, alarm } });
+  const what = (trouble: string) => plain(alarmsOf([sensor("right", true, trouble)])[0]!.what);
 
   it("alarms name the sensor and the amount, and only sensors that moved", () => {
-    const alarms = alarmsOf([sensor("left", false), sensor("right", true, true), create(SensorStatusSchema, { info: { name: "new" } })]);
-    expect(alarms.map((a) => ({ ...a, amount: plain(a.amount) }))).toEqual([{ sensor: "right", amount: "23 mm and 1.1°", muted: true }]);
+    const alarms = alarmsOf([sensor("left", false), sensor("right", true, "", true), create(SensorStatusSchema, { info: { name: "new" } })]);
+    expect(alarms.map(({ sensor: name, muted }) => [name, muted])).toEqual([["right", true]]);
+    expect(what("")).toBe("Sensor right has moved by about 23 mm and 1.1°");
+  });
+
+  it("alarms use the server's words, which know when two sensors cannot tell which", () => {
+    expect(what("sensor right has moved by about 2 cm: walk about")).toBe("Sensor right has moved by about 2 cm");
+    expect(what("no frame for 3 s: check its agent")).toBe("Sensor right has moved by about 23 mm and 1.1°");
+    const [unsure] = alarmsOf([sensor("right", true, "either sensor right or sensor left has moved by about 2 cm (two sensors cannot tell which): find out")]);
+    expect(unsure!.what).toMatch(/^Either sensor right or sensor left has moved/);
+    expect(unsure!.remedy).toMatch(/^Find out which/);
   });
 
   it("is told with its uncertainty, and not where nothing is known", () => {

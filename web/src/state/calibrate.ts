@@ -8,8 +8,12 @@ import { calibrating, notify } from "./store";
 /** Whether the wizard fills the window while somebody walks, in letters that are read across the room. */
 export const large = signal(true);
 
+/** Whether the walk ends when enough has been seen rather than on a clock. */
+export const untilEnough = signal(true);
+
 /** Gathers for so many seconds; 0: until enough has been seen. */
 export async function calibrate(seconds: number): Promise<void> {
+  untilEnough.value = seconds === 0;
   const abort = new AbortController();
   const cancel = () => abort.abort();
   calibrating.value = { kind: "running", progress: null, cancel };

@@ -4,7 +4,7 @@
 import { effect, signal } from "@preact/signals";
 import { instruction } from "../model/coverage";
 import { verdictWords } from "../model/verdict";
-import { calibrating } from "./store";
+import { calibrating, sensorNames } from "./store";
 
 export const speaking = signal(false);
 /** Whether there is a voice to speak with. */
@@ -37,7 +37,7 @@ export function startSpeech(): void {
 
 function wordsNow(): string {
   const c = calibrating.value;
-  if (c.kind === "running" && c.progress) return instruction(c.progress);
+  if (c.kind === "running" && c.progress) return instruction(c.progress, sensorNames.value);
   if (c.kind === "done") return `Calibration ${verdictWords(c.result.verdict).word}.`;
   return "";
 }

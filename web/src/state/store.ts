@@ -21,7 +21,8 @@ export const statusAt = signal(0);
 export const sensors = computed<SensorStatus[]>(() =>
   [...(status.value?.sensors ?? [])].sort((a, b) => (a.info?.name ?? "").localeCompare(b.info?.name ?? "", "en", { numeric: true })),
 );
-const colours = computed(() => assignColours(sensors.value.map((s) => s.info?.name ?? "")));
+export const sensorNames = computed(() => sensors.value.map((s) => s.info?.name ?? ""));
+const colours = computed(() => assignColours(sensorNames.value));
 
 /** The colour of the sensor of this name, 0 to 6; one of a take that the room does not know has its usual one. */
 export function colourOf(name: string): number {

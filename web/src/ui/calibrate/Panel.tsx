@@ -11,8 +11,14 @@ import { Walking } from "./Walking";
 export function CalibratePanel() {
   const c = calibrating.value;
   const title = useRef<HTMLHeadingElement>(null);
-  useEffect(() => title.current?.focus(), [c.kind]);
+  // A result puts the focus on what it advises.
+  useEffect(() => {
+    if (c.kind !== "done") title.current?.focus();
+  }, [c.kind]);
   const running = c.kind === "running";
+  const section = useRef<HTMLElement>(null);
+  // In a narrow window the panel lies below the room.
+  useEffect(() => section.current?.scrollIntoView({ block: "nearest" }), [large.value]);
   const fills = large.value && (running || c.kind === "done" || c.kind === "failed");
   const escape = (event: KeyboardEvent) => {
     if (event.key !== "Escape") return;
@@ -23,6 +29,7 @@ export function CalibratePanel() {
   };
   return (
     <section
+      ref={section}
       class={fills ? "panel calibrate fills" : "panel calibrate"}
       role="dialog"
       aria-labelledby="calibrate-title"

@@ -2,9 +2,10 @@
 
 import { useEffect, useRef } from "preact/hooks";
 import { Verdict, type CalibrateResult } from "../../gen/posefuse/v1/room_pb";
+import { sentence } from "../../model/coverage";
 import { canAccept, verdictWords } from "../../model/verdict";
 import { accept, closeCalibrate, repeatCalibrate } from "../../state/calibrate";
-import { status, type Decision } from "../../state/store";
+import { sensorNames, status, type Decision } from "../../state/store";
 import { Details } from "./Details";
 
 export function Result({ result, decision }: { result: CalibrateResult; decision: Decision }) {
@@ -60,7 +61,7 @@ export function VerdictWord({ result, inForce }: { result: CalibrateResult; inFo
       {result.reasons.length > 0 && (
         <ul class="reasons">
           {result.reasons.map((reason) => (
-            <li key={reason}>{reason}</li>
+            <li key={reason}>{sentence(reason, sensorNames.value)}</li>
           ))}
         </ul>
       )}

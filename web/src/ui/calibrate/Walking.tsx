@@ -3,17 +3,24 @@
 import type { CalibrateProgress, SensorProgress } from "../../gen/posefuse/v1/room_pb";
 import { gradeOf, GRADE_WORDS, instruction, linkOf } from "../../model/coverage";
 import { count, duration } from "../../model/format";
+import { untilEnough } from "../../state/calibrate";
+import { sensorNames } from "../../state/store";
 import { Bar } from "../Bar";
 import { SensorMap } from "./SensorMap";
+
+/** So many letters fill two lines; longer hints are set smaller, in the same space. */
+const LONG_HINT = 52;
 
 export function Walking({ progress }: { progress: CalibrateProgress | null }) {
   const share = progress?.solving ? 1 : Math.min(progress?.share ?? 0, 1);
   const left = progress ? Math.max(progress.totalSeconds - progress.elapsedSeconds, 0) : 0;
   const grade = gradeOf(share);
+  const words = instruction(progress, sensorNames.value);
+  const end = !progress || progress.solving ? "" : untilEnough.value ? `ends by itself, in ${duration(left)} at the latest` : `${duration(left)} left`;
   return (
     <div class="walking" data-testid="calibrate-walking" data-solving={progress?.solving ?? false}>
-      <p class="hint" role="status" data-testid="calibrate-hint">
-        {instruction(progress)}
+      <p class={words.length > LONG_HINT ? "hint long" : "hint"} role="status" data-testid="calibrate-hint">
+        {words}
       </p>
       <div class="progress">
         <span class={`percent grade ${grade}`} data-testid="calibrate-share">
@@ -23,7 +30,7 @@ export function Walking({ progress }: { progress: CalibrateProgress | null }) {
           <Bar share={share} kind={`grade ${grade}`} label="Share of what is needed that has been seen" testid="calibrate-progress" />
           <p class="times tabular">
             <span>{progress ? `${duration(progress.elapsedSeconds)} walked` : " "}</span>
-            <span>{progress && !progress.solving ? `ends by itself, in ${duration(left)} at the latest` : ""}</span>
+            <span>{end}</span>
           </p>
         </div>
       </div>
@@ -41,7 +48,7 @@ export function Walking({ progress }: { progress: CalibrateProgress | null }) {
                   {Math.floor(100 * Math.min(s.share, 1))}&nbsp;% {GRADE_WORDS[of]}
                   {of === "enough" && <span aria-hidden="true"> ✓</span>}
                 </span>
-                <span class="muted tabular" title="Frames in which both saw somebody">{link ? `${count(link.frames)} with ${link.partner}` : "shared with none"}</span>
+                <span class="muted tabular" title="Frames in which both saw somebody">{link ? `${count(link.frames)} shared with ${link.partner}` : "shared with none"}</span>
               </p>
             </li>
           );

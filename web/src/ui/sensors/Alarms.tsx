@@ -14,24 +14,31 @@ export function Alarms() {
   );
 }
 
-function MovedBanner({ alarm: { sensor, amount, muted } }: { alarm: Alarm }) {
-  const busy = recalibration.value.kind === "busy" ? recalibration.value.sensor : null;
+function MovedBanner({ alarm: { sensor, what, remedy, muted } }: { alarm: Alarm }) {
   return (
     <div class="banner warn" data-testid="drift-alarm" data-sensor={sensor}>
       <span class="icon" aria-hidden="true">▲</span>
       <span role="alert">
-        <strong>{sensor} has moved</strong> by about {amount} since it was calibrated.
-        {muted ? " It is muted." : " What it sees is off by as much."}
+        <strong>{what}.</strong> {remedy}
       </span>
       <span class="grow" />
-      <button type="button" class="primary" disabled={busy !== null} data-testid="recalibrate-button" onClick={() => void recalibrate(sensor)}>
-        {busy === sensor ? "Recalibrating …" : `Recalibrate ${sensor}`}
-      </button>
-      {!muted && (
+      <RecalibrateButton sensor={sensor} />
+      {muted ? (
+        <span class="muted">It is muted.</span>
+      ) : (
         <button type="button" disabled={muting.value.has(sensor)} aria-label={`Mute ${sensor}`} onClick={() => void mute(sensor, true)}>
           Mute
         </button>
       )}
     </div>
+  );
+}
+
+export function RecalibrateButton({ sensor }: { sensor: string }) {
+  const busy = recalibration.value.kind === "busy" ? recalibration.value.sensor : null;
+  return (
+    <button type="button" class="primary" disabled={busy !== null} data-testid="recalibrate-button" onClick={() => void recalibrate(sensor)}>
+      {busy === sensor ? "Recalibrating …" : `Recalibrate ${sensor}`}
+    </button>
   );
 }

@@ -7,6 +7,7 @@ import { count, fixed, offset } from "../../model/format";
 import { harms, mute, muting } from "../../state/sensors";
 import { colourOf, connection } from "../../state/store";
 import { Bar } from "../Bar";
+import { RecalibrateButton } from "./Alarms";
 import { JointFigure } from "./JointFigure";
 import { STATES } from "./states";
 
@@ -46,6 +47,11 @@ export function SensorCard({ sensor }: { sensor: SensorStatus }) {
         <p class={`card-trouble ${state.kind === "bad" ? "bad" : "warn"}`} data-testid="sensor-trouble">
           {sensor.trouble}
         </p>
+      )}
+      {sensor.drift?.alarm && (
+        <div class="card-repair">
+          <RecalibrateButton sensor={name} />
+        </div>
       )}
       {harm && (
         <p class="card-trouble bad" data-testid="sensor-harm">

@@ -12,7 +12,7 @@ export function Sensors() {
       <header class="panel-head">
         <h2 id="sensors-title">Sensors</h2>
         <span class="muted tabular">{list.length > 0 && connection.value.kind === "online" ? `${liveSensors.value} of ${list.length} live` : ""}</span>
-        <button type="button" class="quiet" data-testid="weights-button" disabled={list.length === 0} title="Every sensor's part in every joint" onClick={() => (dialog.value = "weights")}>
+        <button type="button" class="quiet small" data-testid="weights-button" disabled={list.length === 0} title="Every sensor's part in every joint" onClick={() => (dialog.value = "weights")}>
           Weights …
         </button>
       </header>
