@@ -37,6 +37,7 @@ pub(crate) enum Purpose {
     Reorder,
     Furniture,
     FurnitureSeen,
+    Definitions,
 }
 
 /// A stream of random numbers.

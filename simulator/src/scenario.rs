@@ -30,6 +30,9 @@ pub struct Scenario {
     pub rate_hz: f64,
     /// How many of the sensors (the first ones) see by structured light, and so disturb each other.
     pub structured_light: usize,
+    /// How many of the sensors (the last ones) are of another model, whose tracker means other points by the joints'
+    /// names: by [`SensorErrors::definition_mm`].
+    pub other_models: usize,
     /// What is wrong with the sensors.
     pub errors: SensorErrors,
 }
@@ -47,6 +50,7 @@ impl Default for Scenario {
             area_m: 2.6,
             rate_hz: 30.0,
             structured_light: 0,
+            other_models: 0,
             errors: SensorErrors::default(),
         }
     }
@@ -104,6 +108,12 @@ impl Scenario {
             "away_s",
             "0.1 to 60 (seconds)",
             self.away_s,
+        )?;
+        check(
+            self.other_models <= self.sensors,
+            "other_models",
+            "at most the number of sensors",
+            self.other_models,
         )?;
         check(
             (2.0..=20.0).contains(&self.area_m),

@@ -27,6 +27,9 @@ pub struct SensorErrors {
     pub ray_bias_spread_mm: f64,
     /// What one sensor adds to that on its own, per axis and joint.
     pub sensor_bias_mm: f64,
+    /// How far the joints of trackers of another model lie from where the usual ones take them, per axis of the joint's
+    /// local axes: the same for all sensors of that model ([`Scenario::other_models`](crate::Scenario)).
+    pub definition_mm: f64,
     /// Whether bodies hide joints: the own one and those of others.
     pub occlusion: bool,
     /// Error of a hidden joint per axis; it adds up down the chain of hidden joints.
@@ -89,6 +92,7 @@ impl Default for SensorErrors {
             body_bias_mm: 10.0,
             ray_bias_mm: 15.0,
             ray_bias_spread_mm: 6.0,
+            definition_mm: 30.0,
             occlusion: true,
             hidden_error_mm: 90.0,
             hidden_tau_s: 0.5,
@@ -120,6 +124,7 @@ impl SensorErrors {
             ray_bias_mm: 0.0,
             ray_bias_spread_mm: 0.0,
             sensor_bias_mm: 0.0,
+            definition_mm: 0.0,
             occlusion: false,
             hidden_error_mm: 0.0,
             hidden_tau_s: 0.5,
@@ -166,6 +171,7 @@ impl SensorErrors {
             ("errors.ray_bias_mm", self.ray_bias_mm),
             ("errors.ray_bias_spread_mm", self.ray_bias_spread_mm),
             ("errors.sensor_bias_mm", self.sensor_bias_mm),
+            ("errors.definition_mm", self.definition_mm),
             ("errors.hidden_error_mm", self.hidden_error_mm),
             ("errors.spikes_per_s", self.spikes_per_s),
             ("errors.clock_offset_ms", self.clock_offset_ms),

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use posefuse_skeleton::{
     BONES, Confidence, Frame, JOINT_COUNT, Joint, JointMap, Position, RawJoint, Sensor,
+    local_axes_within, trunk_axes,
 };
 
 use super::errors::SensorErrors;
@@ -29,6 +30,35 @@ pub(crate) struct Biases {
     pub(super) ray: [f64; JOINT_COUNT],
     /// By joint, in the axes of the sensor.
     sensor: [Vector3<f64>; JOINT_COUNT],
+}
+
+/// Where trackers of another model take each joint to be, seen from where the usual ones do: local axes, metres.
+pub(crate) fn definitions(scenario: &Scenario) -> [Vector3<f64>; JOINT_COUNT] {
+    let mut stream = Stream::new(scenario.seed, Purpose::Definitions, &[]);
+    std::array::from_fn(|_| stream.normal3() * (scenario.errors.definition_mm * 1e-3))
+}
+
+/// Whether this sensor is of another model.
+pub(crate) fn is_other_model(scenario: &Scenario, sensor: usize) -> bool {
+    sensor >= scenario.sensors.saturating_sub(scenario.other_models)
+}
+
+/// The joints as that sensor's model defines them.
+fn defined(
+    scenario: &Scenario,
+    sensor: usize,
+    truth: &JointMap<Position<Sensor>>,
+) -> JointMap<Position<Sensor>> {
+    if !is_other_model(scenario, sensor) {
+        return truth.clone();
+    }
+    let offsets = definitions(scenario);
+    let trunk = trunk_axes(truth);
+    truth.map(|joint, position| {
+        let axes = trunk.and_then(|trunk| local_axes_within(joint, truth, &trunk));
+        let axes = axes.unwrap_or_else(nalgebra::Matrix3::identity);
+        position.moved(axes * offsets[joint as usize])
+    })
 }
 
 impl Biases {
@@ -112,6 +142,7 @@ pub(crate) fn noisy(
     let mut lost = Stream::new(seed, Purpose::Interference, &address);
     let interference = interference(scenario, address[0]);
     let body_axes = body_axes(truth);
+    let defined = defined(scenario, address[0] as usize, truth);
     let guesses = guess_errors(truth, sight, drift, errors);
     let overconfident = overconfident(scenario, address);
     let person = address[2] as usize;
@@ -120,7 +151,7 @@ pub(crate) fn noisy(
         // Drawn for every joint, so that a missing joint does not move the others' numbers.
         let (noise, gone) = (white.normal3(), lost.chance(0.05 * interference));
         let index = joint as usize;
-        let (Some(position), Some(seen)) = (truth[joint], sight.0[joint]) else {
+        let (Some(position), Some(seen)) = (defined[joint], sight.0[joint]) else {
             continue;
         };
         if seen == Seen::OutOfView || gone {

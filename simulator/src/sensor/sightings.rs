@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Vector3};
 use posefuse_skeleton::{Joint, JointMap, Position, Sensor};
 
-use super::noise::{Biases, body_axes, interference, white_sigma_m};
+use super::noise::{Biases, body_axes, definitions, interference, is_other_model, white_sigma_m};
 use super::occlusion::{Flesh, across};
 use super::{JOINTS_TO_HOLD, Seen, Sight};
 use crate::world::{TruePerson, World};
@@ -77,6 +77,21 @@ impl World {
                 .map(|joint, position| position.moved(axes * bias[joint as usize]));
         }
         people
+    }
+
+    /// Whether sensor `index` is of another model, with its own idea of the joints.
+    pub fn is_other_model(&self, index: usize) -> bool {
+        is_other_model(self.scenario(), index)
+    }
+
+    /// Where every joint truly lies from what trackers of the other model call by its name, metres, local axes: what a
+    /// perfect calibration of a mixed room would find.
+    pub fn true_joint_offsets_m(&self) -> JointMap<Vector3<f64>> {
+        let offsets = definitions(self.scenario());
+        Joint::ALL
+            .into_iter()
+            .map(|joint| (joint, -offsets[joint as usize]))
+            .collect()
     }
 
     /// How far towards its sensor every joint is truly reported, metres: what a perfect calibration would find.
