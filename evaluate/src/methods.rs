@@ -18,8 +18,11 @@ pub struct Method {
 /// The name of reference A: Menard's mean, left and right put right.
 pub const REFERENCE: &str = "menard";
 
+/// How many newer frames `offline` waits for: what is further away tells a filter of people nothing more.
+const OFFLINE_FRAMES: usize = 30;
+
 /// The names that [`preset`] knows, and what they are.
-pub const PRESETS: [(&str, &str); 7] = [
+pub const PRESETS: [(&str, &str); 8] = [
     (
         "mean",
         "the mean of all joints of trusted confidence (Menard 2014), labelled as the sensors label them",
@@ -35,6 +38,10 @@ pub const PRESETS: [(&str, &str); 7] = [
     ("kalman-0", "the filter, each frame at once"),
     ("kalman", "what ships"),
     ("kalman-1", "the filter, one frame of look-ahead"),
+    (
+        "offline",
+        "the filter, a second of look-ahead: for takes that are fused again",
+    ),
     ("kalman-3", "the filter, three frames of look-ahead"),
 ];
 
@@ -51,7 +58,10 @@ pub fn preset(name: &str) -> Option<Method> {
         "weighted" => config.fuse.method = FuseMethod::Weighted,
         other => {
             config.fuse.method = FuseMethod::Kalman;
-            let ahead = other.strip_prefix("kalman-").and_then(|n| n.parse().ok());
+            let ahead = match other {
+                "offline" => Some(OFFLINE_FRAMES),
+                other => other.strip_prefix("kalman-").and_then(|n| n.parse().ok()),
+            };
             if let Some(ahead) = ahead {
                 config.fuse.look_ahead = ahead;
                 // Waiting is the filter's alone.

@@ -1,8 +1,8 @@
 //! Many simulated rooms, every method on the same inputs.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use posefuse_fusion::Input;
 use posefuse_simulator::{Layout, Scenario, SensorErrors, World, WorldError};
@@ -12,6 +12,7 @@ use thiserror::Error;
 use crate::fuse::fuse;
 use crate::judge::{Judge, Judged};
 use crate::methods::Method;
+use crate::parallel::in_parallel;
 use crate::report::{Group, Run};
 use crate::room::SimulatedRoom;
 use crate::truth::SimulatedTruth;
@@ -126,30 +127,14 @@ impl Suite<'_> {
         let jobs: Vec<(usize, u64)> = (0..self.settings.len())
             .flat_map(|setting| self.seeds.iter().map(move |seed| (setting, *seed)))
             .collect();
-        let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let results: Mutex<BTreeMap<usize, Result<Vec<Cell>, SuiteError>>> = Mutex::default();
-        let work = || {
-            while let Some((job, (setting, seed))) = {
-                let job = next.fetch_add(1, Ordering::Relaxed);
-                jobs.get(job).map(|what| (job, *what))
-            } {
-                let result = self.room(setting, seed);
-                if result.is_err() {
-                    next.store(jobs.len(), Ordering::Relaxed);
-                }
-                let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
-                results.insert(job, result);
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len());
-            }
-        };
-        std::thread::scope(|scope| {
-            for _ in 1..self.threads.clamp(1, jobs.len().max(1)) {
-                scope.spawn(work);
-            }
-            work();
+        let done = AtomicUsize::new(0);
+        let results = in_parallel(jobs.len(), self.threads, &|job| {
+            let (setting, seed) = jobs[job];
+            let result = self.room(setting, seed);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len());
+            result
         });
-        let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let cells: Result<Vec<Vec<Cell>>, SuiteError> = results.into_values().collect();
+        let cells: Result<Vec<Vec<Cell>>, SuiteError> = results.into_iter().collect();
         Ok(cells?.into_iter().flatten().collect())
     }
 

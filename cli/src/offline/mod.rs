@@ -1,9 +1,9 @@
-//! What the commands without a server share: a walk out of a take, and a simulated room as a stream of engine inputs.
+//! What the commands without a server share: a walk out of a take, and one in a simulated room.
 
-mod simulated;
+mod simulated_walk;
 mod walk;
 
-pub(crate) use simulated::SimulatedRoom;
+pub(crate) use simulated_walk::from_simulated_walk;
 pub(crate) use walk::{WalkTap, walk_of};
 
 /// Civil time, RFC 3339, UTC, to the second.

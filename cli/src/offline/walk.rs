@@ -3,7 +3,7 @@
 use posefuse_calibration::{Collector, Walk};
 use posefuse_fusion::{Config, Engine, Input, Output};
 use posefuse_session::TakeReader;
-use posefuse_skeleton::{SensorId, SensorInfo};
+use posefuse_skeleton::SensorInfo;
 
 /// Frames kept per sensor: ten minutes at 30 Hz.
 const FRAMES: usize = 18_000;
@@ -20,13 +20,15 @@ impl WalkTap {
         sensors: impl IntoIterator<Item = &'a SensorInfo>,
         config: Config,
     ) -> Self {
-        let names: Vec<(SensorId, String)> = sensors
-            .into_iter()
-            .map(|s| (s.id, s.name.clone()))
-            .collect();
+        let sensors: Vec<&SensorInfo> = sensors.into_iter().collect();
+        let names = sensors.iter().map(|s| (s.id, s.name.clone()));
+        let mut collector = Collector::with_limit(names, FRAMES);
+        for sensor in sensors {
+            collector.set_joint_set(sensor.id, sensor.joint_set);
+        }
         Self {
             engine: Engine::new(config),
-            collector: Collector::with_limit(names, FRAMES),
+            collector,
         }
     }
 
@@ -43,7 +45,7 @@ impl WalkTap {
                 }
             }
             // Poses play no part in mapping clocks, and without them nothing is fused, which saves the time.
-            Input::Calibration(_) | Input::Tick(_) => {}
+            Input::Calibration(_) | Input::Mute { .. } | Input::Tick(_) => {}
             Input::Sensor(_) | Input::ClockSample(_) => {
                 self.engine.handle(input.clone());
                 while !matches!(self.engine.poll(), Output::WakeAt(_)) {}

@@ -11,6 +11,7 @@ use crate::judge::Judged;
 use crate::methods::Method;
 use crate::metrics::Metrics;
 use crate::table::{ALONE, Column, WITH_TRUTH};
+use crate::versus::Versus;
 
 /// Steps of the share in [`Run::cdf`].
 const CDF_STEPS: usize = 60;
@@ -28,6 +29,8 @@ pub struct Report {
     pub groups: Vec<Group>,
     /// The aims that were checked.
     pub aims: Vec<Aim>,
+    /// Methods side by side over all groups.
+    pub versus: Vec<Versus>,
 }
 
 /// A room, a take or a recording, fused by each method.

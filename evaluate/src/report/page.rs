@@ -8,6 +8,7 @@ use crate::aims::Aim;
 use crate::methods::REFERENCE;
 use crate::metrics::Metrics;
 use crate::table::{Column, cell};
+use crate::versus::Versus;
 
 const STYLE: &str = include_str!("report.css");
 /// How many colours there are; methods beyond begin again.
@@ -34,6 +35,9 @@ pub(super) fn html(report: &Report) -> String {
     legend(report, &mut page);
     if !report.aims.is_empty() {
         aims(&report.aims, &mut page);
+    }
+    if !report.versus.is_empty() {
+        side_by_side(&report.versus, &mut page);
     }
     let plotted = if report.groups.len() > MOST_PLOTTED {
         1
@@ -106,6 +110,34 @@ fn aims(aims: &[Aim], page: &mut String) {
         );
     }
     page.push_str("</tbody></table></div></section>\n");
+}
+
+fn side_by_side(all: &[Versus], page: &mut String) {
+    page.push_str("<section><h2>Take by take</h2><p class=soft>A method is better on a take if no figure is worse by more than 1 %.</p>");
+    for versus in all {
+        push(page, format_args!("<p>{}</p>", escaped(&versus.told())));
+        if !versus.others.is_empty() {
+            let other = |(take, worse): &(String, Vec<&str>)| {
+                format!(
+                    "{take} ({})",
+                    if worse.is_empty() {
+                        "equal".to_owned()
+                    } else {
+                        worse.join(", ")
+                    }
+                )
+            };
+            let others: Vec<String> = versus.others.iter().map(other).collect();
+            push(
+                page,
+                format_args!(
+                    "<p class=soft>The others: {}.</p>",
+                    escaped(&others.join("; "))
+                ),
+            );
+        }
+    }
+    page.push_str("</section>\n");
 }
 
 fn section(report: &Report, group: &Group, plotted: bool, page: &mut String) {

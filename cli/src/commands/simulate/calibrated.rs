@@ -1,27 +1,13 @@
 //! Where the sensors of a simulated room stand: as they truly do, or as a calibration from a walk finds.
-//!
-//! A walk fixes where sensors stand to each other and the floor, but the room's origin and heading are anyone's
-//! choice. To compare with the truth, the solved room is laid over the true one as a whole, by the sensors' places.
 
-use std::sync::Arc;
-
-use anyhow::{Context, bail};
-use posefuse_calibration::{Options, PointPair, kabsch, solve};
+use anyhow::bail;
 use posefuse_fusion::Config;
-use posefuse_simulator::{Scenario, World};
-use posefuse_skeleton::{Calibration, Position, Room, Sensor, Transform};
+use posefuse_simulator::World;
+use posefuse_skeleton::Calibration;
 
-use crate::offline::{SimulatedRoom, WalkTap, now_rfc3339};
+use crate::offline::{from_simulated_walk, now_rfc3339};
 use crate::progress;
 use crate::views::CalibrationView;
-
-/// Points by which rooms are laid over each other, in a sensor's own frame: the sensor, and where people walk.
-const MARKS: [[f64; 3]; 4] = [
-    [0.0, 0.0, 0.0],
-    [0.0, 0.0, 3.0],
-    [1.0, 0.0, 3.0],
-    [0.0, 1.0, 3.0],
-];
 
 /// Where the sensors truly stand.
 pub(super) fn truly(world: &World) -> Calibration {
@@ -37,26 +23,12 @@ pub(super) fn from_walk(
     seconds: f64,
     config: &Config,
 ) -> anyhow::Result<(Calibration, CalibrationView)> {
-    let alone = Scenario {
-        people: 1,
-        ..world.scenario().clone()
-    };
-    let walk_world = Arc::new(World::new(&alone)?);
-    let mut room = SimulatedRoom::new(&walk_world, seconds)?;
-    let mut tap = WalkTap::new(room.sensors(), config.clone());
     let bar = progress::bar((seconds * 10.0) as u64, "walking");
-    while let Some((time, input)) = room.next()? {
-        tap.add(&input);
-        bar.set_position((SimulatedRoom::scenario_seconds(time).max(0.0) * 10.0) as u64);
-    }
-    bar.set_message("solving");
-    let options = Options {
-        created: now_rfc3339(),
-        ..Options::default()
-    };
-    let solution = solve(&tap.walk(), &options);
+    let solution = from_simulated_walk(world, seconds, config, &mut |done| {
+        bar.set_position((done * 10.0) as u64);
+    });
     bar.finish_and_clear();
-    let mut solution = solution.context("the simulated walk gives no calibration")?;
+    let solution = solution?;
     let view = CalibrationView::of_solution(&solution);
     if view.verdict == "failed" {
         let reasons = view.reasons.join("; ");
@@ -64,31 +36,5 @@ pub(super) fn from_walk(
             "the calibration from the simulated walk failed: {reasons}; try --walk 90, or --true-calibration"
         );
     }
-    lay_over(&mut solution.calibration, world)?;
     Ok((solution.calibration, view))
-}
-
-fn lay_over(calibration: &mut Calibration, world: &World) -> anyhow::Result<()> {
-    let mut pairs: Vec<PointPair<Room, Room>> = Vec::new();
-    for index in 0..world.sensor_count() {
-        let Some(pose) = calibration.sensors.get(world.sensor_name(index)) else {
-            continue;
-        };
-        let truth: Transform<Room, Sensor> = world.room_from_sensor(index);
-        for [x, y, z] in MARKS {
-            let mark = Position::new(x, y, z);
-            pairs.push(PointPair {
-                to: truth.apply(mark),
-                from: pose.room_from_sensor.apply(mark),
-                weight: 1.0,
-            });
-        }
-    }
-    let true_from_solved = kabsch(&pairs)
-        .context("the solved room cannot be laid over the true one")?
-        .to_from_from;
-    for pose in calibration.sensors.values_mut() {
-        pose.room_from_sensor = true_from_solved.then(&pose.room_from_sensor);
-    }
-    Ok(())
 }

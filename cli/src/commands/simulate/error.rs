@@ -3,13 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use posefuse_evaluate::compare;
+use posefuse_evaluate::{SimulatedRoom, compare};
 use posefuse_session::{TruePerson, Truth};
 use posefuse_simulator::World;
 use posefuse_skeleton::{Joint, Position, RoomFrame, TrackId};
 use serde::Serialize;
-
-use crate::offline::SimulatedRoom;
 
 /// Gathers the errors of a whole take.
 pub(super) struct Errors {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
+use posefuse_evaluate::SimulatedRoom;
 use posefuse_fusion::Config;
 use posefuse_session::Catalogue;
 use posefuse_simulator::load::load;
@@ -21,7 +22,6 @@ use super::agent::{LayoutArg, read_scenario};
 use super::server::read_config;
 use crate::failure::{Outcome, usage};
 use crate::global::Global;
-use crate::offline::SimulatedRoom;
 use crate::output::{Style, line, paint};
 use crate::takes_folder::TakesFolder;
 use crate::values;
@@ -100,9 +100,9 @@ pub(crate) fn run(args: &SimulateArgs, global: &Global) -> anyhow::Result<Outcom
     let begun = Instant::now();
     let mut recorder = Recorder::new(Arc::new(storage), &name, config, calibration, &scenario)?;
     let mut errors = Errors::new(&world);
-    let mut room = SimulatedRoom::new(&world, args.seconds)?;
+    let room = SimulatedRoom::new(&world, args.seconds)?;
     let bar = progress::bar((args.seconds * 10.0) as u64, "simulating");
-    while let Some((time, input)) = room.next()? {
+    for (time, input) in room {
         recorder.feed(time, input, &mut errors)?;
         bar.set_position((SimulatedRoom::scenario_seconds(time).max(0.0) * 10.0) as u64);
     }

@@ -31,6 +31,7 @@ fn report() -> Report {
             note: String::new(),
             runs: vec![run("menard", 2.0), run("kalman", 1.0)],
         }],
+        versus: Vec::new(),
         aims: crate::aims::check(&[Group {
             name: "ring4".into(),
             note: String::new(),

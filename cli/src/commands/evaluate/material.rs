@@ -1,0 +1,174 @@
+//! Something recorded that methods are compared on: engine inputs that can be read again and again, and the truth if
+//! there is one.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use anyhow::{Context, bail};
+use posefuse_evaluate::{
+    Group, Judge, Judged, Method, RecordedTruth, Run, Truth, fuse, leave_one_out,
+};
+use posefuse_fusion::Input;
+use posefuse_skeleton::{Calibration, JointMap, Timestamp};
+
+/// Inputs in the order in which the engine takes them, with their server times.
+pub(super) type Inputs = Box<dyn Iterator<Item = anyhow::Result<(Timestamp, Input)>>>;
+
+/// A take or a recording.
+pub(super) struct Material {
+    pub(super) name: String,
+    pub(super) note: String,
+    /// Reads it from its beginning.
+    pub(super) open: Box<dyn Fn() -> anyhow::Result<Inputs> + Send + Sync>,
+    pub(super) truth: RecordedTruth,
+}
+
+/// When observations begin and end.
+struct Span {
+    first: Timestamp,
+    last: Timestamp,
+}
+
+impl Material {
+    /// Fuses it with each method. `progress` hears of each that is done.
+    pub(super) fn judged(
+        &self,
+        methods: &[Method],
+        skip_s: f64,
+        progress: &dyn Fn(),
+    ) -> anyhow::Result<Vec<Judged>> {
+        let span = self.span()?;
+        let from = span.first.plus_ns((skip_s * 1e9) as i64);
+        if from >= span.last {
+            bail!(
+                "`{}` lasts {:.1} s, and --skip leaves nothing of it",
+                self.name,
+                span.last.since_seconds(span.first)
+            );
+        }
+        let one = |method: &Method| {
+            let judged = self.one(method, from, &span);
+            progress();
+            judged
+        };
+        methods.iter().map(one).collect()
+    }
+
+    fn one(&self, method: &Method, from: Timestamp, span: &Span) -> anyhow::Result<Judged> {
+        let failed = Rc::new(RefCell::new(None));
+        let truth: Option<&dyn Truth> = match self.truth.is_empty() {
+            true => None,
+            false => Some(&self.truth),
+        };
+        let mut judge = Judge::new(truth, from);
+        let inputs = self.inputs(method, &failed);
+        let busy = fuse(&method.config, inputs, &mut |frame| judge.add(frame));
+        let mut judged = judge.finish();
+        let tally = &mut judged.tally;
+        if truth.is_none() {
+            tally.merge(&leave_one_out(
+                &method.config,
+                &mut || self.inputs(method, &failed),
+                from,
+            ));
+        }
+        if let Some(error) = failed.take() {
+            return Err(error).with_context(|| format!("`{}`", self.name));
+        }
+        if tally.track_frames == 0 {
+            bail!("`{}`: {} fuses nobody; {NOBODY}", self.name, method.name);
+        }
+        tally.busy_s = busy.as_secs_f64();
+        tally.live_s = span.last.since_seconds(span.first);
+        Ok(judged)
+    }
+
+    /// The inputs as this method is to have them; the first error ends them.
+    fn inputs(
+        &self,
+        method: &Method,
+        failed: &Rc<RefCell<Option<anyhow::Error>>>,
+    ) -> impl Iterator<Item = (Timestamp, Input)> + use<> {
+        let (failed, poses_only) = (Rc::clone(failed), method.poses_only);
+        let opened = (self.open)().unwrap_or_else(|error| Box::new(std::iter::once(Err(error))));
+        opened.map_while(move |input| match input {
+            Ok((time, Input::Calibration(calibration))) if poses_only => {
+                let poses = Calibration {
+                    ray_bias_m: JointMap::empty(),
+                    joint_offsets_m: BTreeMap::new(),
+                    ..(*calibration).clone()
+                };
+                Some((time, Input::Calibration(Arc::new(poses))))
+            }
+            Ok(input) => Some(input),
+            Err(error) => {
+                failed.replace(Some(error));
+                None
+            }
+        })
+    }
+
+    fn span(&self) -> anyhow::Result<Span> {
+        let mut span: Option<Span> = None;
+        let mut calibrated = false;
+        for input in (self.open)()? {
+            let (time, input) = input?;
+            calibrated |= matches!(input, Input::Calibration(_));
+            if matches!(input, Input::Observation(_)) {
+                let span = span.get_or_insert(Span {
+                    first: time,
+                    last: time,
+                });
+                span.last = span.last.max(time);
+            }
+        }
+        let Some(span) = span else {
+            bail!(
+                "`{}` holds no sensor's frames: there is nothing to fuse",
+                self.name
+            );
+        };
+        if !calibrated {
+            bail!(
+                "`{}` holds no calibration, so nobody can be fused; {NOBODY}",
+                self.name
+            );
+        }
+        Ok(span)
+    }
+}
+
+/// What can be done where nobody is fused.
+const NOBODY: &str = "make a calibration from its walk (`posefuse calibrate --from TAKE --out room.toml`) and give it: \
+                      --calibration room.toml";
+
+/// One group per material, after one of all together where there are several.
+pub(super) fn groups(
+    materials: &[Material],
+    methods: &[Method],
+    judged: &[Vec<Judged>],
+) -> Vec<Group> {
+    let run = |(index, method): (usize, &Method), of: &[Vec<Judged>]| {
+        Run::new(method, of.iter().filter_map(|runs| runs.get(index)))
+    };
+    let of = |name: String, note: String, of: &[Vec<Judged>]| Group {
+        name,
+        note,
+        runs: methods.iter().enumerate().map(|m| run(m, of)).collect(),
+    };
+    let mut groups = Vec::new();
+    if materials.len() > 1 {
+        let name = format!("all {} together", materials.len());
+        groups.push(of(name, String::new(), judged));
+    }
+    for (material, runs) in materials.iter().zip(judged) {
+        groups.push(of(
+            material.name.clone(),
+            material.note.clone(),
+            std::slice::from_ref(runs),
+        ));
+    }
+    groups
+}

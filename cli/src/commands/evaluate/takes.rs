@@ -1,0 +1,169 @@
+//! `posefuse evaluate takes`: takes fused again by each method, against their truth or sensor against sensor.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use posefuse_evaluate::{RecordedTruth, Report, in_parallel, versus};
+use posefuse_fusion::Input;
+use posefuse_simulator::TruePerson;
+use posefuse_skeleton::{Calibration, Joint, Timestamp};
+
+use super::cores;
+use super::material::{Inputs, Material, groups};
+use super::methods::MethodArgs;
+use super::shown::ShownArgs;
+use crate::commands::refuse::read_calibration;
+use crate::failure::{Outcome, usage};
+use crate::global::Global;
+use crate::takes_folder::{Located, TakesFolder};
+use crate::{progress, values};
+
+pub(super) const METHODS: [&str; 4] = ["menard", "weighted", "kalman", "offline"];
+
+/// Takes: against their truth if they are simulated, else each sensor against all others
+#[derive(Debug, Args)]
+pub(super) struct TakesArgs {
+    /// The takes: names or files
+    #[arg(required = true, value_name = "TAKE")]
+    take: Vec<PathBuf>,
+    /// Another calibration than the recorded ones
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+    #[command(flatten)]
+    run: RunArgs,
+    #[command(flatten)]
+    takes: TakesFolder,
+}
+
+/// How recorded things are worked through.
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    /// How much is left out at the start, while clocks are mapped and people are found
+    #[arg(long, value_name = "S", default_value = "2", value_parser = values::seconds)]
+    skip: f64,
+    /// How many are worked on at once [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = values::whole(1usize, 256))]
+    threads: Option<usize>,
+    #[command(flatten)]
+    methods: MethodArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+pub(super) fn run(args: &TakesArgs, global: &Global) -> anyhow::Result<Outcome> {
+    let calibration = args
+        .calibration
+        .as_deref()
+        .map(read_calibration)
+        .transpose()?;
+    let calibration = calibration.map(Arc::new);
+    let materials = args.take.iter().map(|take| {
+        let located = args.takes.find(take)?;
+        material(located, calibration.clone())
+    });
+    let materials: Vec<Material> = materials.collect::<anyhow::Result<_>>()?;
+    let with_truth = materials.iter().filter(|m| !m.truth.is_empty()).count();
+    if with_truth != 0 && with_truth != materials.len() {
+        let without = materials.iter().find(|m| m.truth.is_empty());
+        return Err(usage(format!(
+            "takes with truth (simulated) and without cannot be compared in one table; `{}` has none",
+            without.map_or("", |m| m.name.as_str())
+        )));
+    }
+    args.run
+        .judge("Methods on takes", &materials, Vec::new(), global)
+}
+
+impl RunArgs {
+    /// Fuses everything with every method and shows what came out.
+    pub(super) fn judge(
+        &self,
+        title: &str,
+        materials: &[Material],
+        mut about: Vec<String>,
+        global: &Global,
+    ) -> anyhow::Result<Outcome> {
+        let methods = self.methods.methods(&METHODS)?;
+        let bar = progress::bar((materials.len() * methods.len()) as u64, "fusing");
+        let threads = self.threads.unwrap_or_else(cores);
+        let judged = in_parallel(materials.len(), threads, &|index| {
+            materials[index].judged(&methods, self.skip, &|| bar.inc(1))
+        });
+        bar.finish_and_clear();
+        let judged = judged.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+        let with_truth = materials.iter().all(|m| !m.truth.is_empty());
+        about.push(match with_truth {
+            true => "The truth is recorded with the takes.".to_owned(),
+            false => "There is no truth: each sensor is left out in turn, and what it saw itself is compared with what \
+                      the others make of it. With two sensors that is one against the other."
+                .to_owned(),
+        });
+        let groups = groups(materials, &methods, &judged);
+        let newest = methods.last().map_or("", |method| method.name.as_str());
+        let several = groups.get(1..).filter(|_| materials.len() > 1);
+        let versus = several.map_or_else(Vec::new, |takes| {
+            let others = methods.iter().filter(|method| method.name != newest);
+            others
+                .map(|other| versus(takes, newest, &other.name, with_truth))
+                .collect()
+        });
+        let report = Report {
+            title: title.to_owned(),
+            about,
+            with_truth,
+            groups,
+            versus,
+            ..Report::default()
+        };
+        self.shown.show(&report, global)?;
+        Ok(Outcome::Done)
+    }
+}
+
+/// A take, read anew for each method.
+fn material(located: Located, calibration: Option<Arc<Calibration>>) -> anyhow::Result<Material> {
+    let reader = located.open()?;
+    let mut instants = Vec::new();
+    for truth in reader.truth() {
+        let truth = truth?;
+        let person = |person: &posefuse_session::TruePerson| TruePerson {
+            id: person.id,
+            joints: Joint::ALL.into_iter().zip(person.joints).collect(),
+        };
+        instants.push((truth.time, truth.people.iter().map(person).collect()));
+    }
+    Ok(Material {
+        name: located.name.clone(),
+        note: String::new(),
+        truth: RecordedTruth::new(instants),
+        open: Box::new(move || inputs(&located, calibration.clone())),
+    })
+}
+
+fn inputs(located: &Located, calibration: Option<Arc<Calibration>>) -> anyhow::Result<Inputs> {
+    let reader = located.open()?;
+    let (_, preamble) = reader.beginning()?;
+    let given = calibration.is_some();
+    let first = calibration.map(Input::Calibration);
+    let mut now = reader.header().start.unwrap_or(Timestamp::ZERO);
+    let all = preamble.into_iter().map(Ok).chain(reader.inputs());
+    let kept = all.filter(move |input| !given || !matches!(input, Ok(Input::Calibration(_))));
+    Ok(Box::new(first.into_iter().map(Ok).chain(kept).map(
+        move |input| {
+            let input = input?;
+            now = time_of(&input).map_or(now, |time| time.max(now));
+            Ok((now, input))
+        },
+    )))
+}
+
+/// When an input tells the engine how late it is.
+fn time_of(input: &Input) -> Option<Timestamp> {
+    match input {
+        Input::Observation(observation) => Some(observation.received),
+        Input::ClockSample(sample) => Some(sample.returned),
+        Input::Tick(time) => Some(*time),
+        Input::Sensor(_) | Input::Calibration(_) | Input::Mute { .. } => None,
+    }
+}
