@@ -1,15 +1,15 @@
 //! Each sensor against the others, beyond residuals: whether it moved during the walk, and whether its metre is theirs.
 //!
 //! Motion: the walk is cut in two at several instants. For each part a robust rigid fit says where the sensor's joints lie
-//! beside those of the others. What trackers do wrong is in both parts and falls out of the difference, so that this
+//! beside those of the others. What trackers do wrong, as far as it was not taken out, is in both parts and falls out of the difference, so that this
 //! sees a bump of a few centimetres, which residuals hide. Scale: how wide the walk is in the sensor's eyes over how wide
 //! it is in those of the others. Trackers differ by 10 % in a bone's length, but not in where somebody walked.
 
 use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
-use posefuse_skeleton::{Joint, JointMap, Position, Sensor};
+use posefuse_skeleton::{Joint, Position, Sensor};
 
 use crate::kabsch::{PointPair, kabsch};
-use crate::matching::{common, match_bodies, other_side};
+use crate::matching::{common, match_bodies};
 use crate::pair::{robust_weight, sigma_of};
 use crate::residual::Evidence;
 
@@ -61,13 +61,9 @@ struct Fit {
 }
 
 /// Each sensor against the others.
-pub(crate) fn against(evidence: &Evidence<'_>, ray_bias_m: &JointMap<f64>) -> Vec<Against> {
-    let bias: Vec<f64> = Joint::ALL
-        .iter()
-        .map(|joint| ray_bias_m[*joint].unwrap_or(0.0))
-        .collect();
+pub(crate) fn against(evidence: &Evidence<'_>) -> Vec<Against> {
     let against = |sensor: usize| {
-        let seen = seen(evidence, sensor, &bias);
+        let seen = seen(evidence, sensor);
         Against {
             motion: motion(&seen, evidence.spacing_s),
             scale: scale(&seen).unwrap_or(1.0),
@@ -127,7 +123,7 @@ fn scale(seen: &[Seen]) -> Option<f64> {
     (others > 0.0).then(|| (own / others).sqrt())
 }
 
-fn seen(evidence: &Evidence<'_>, sensor: usize, bias: &[f64]) -> Vec<Seen> {
+fn seen(evidence: &Evidence<'_>, sensor: usize) -> Vec<Seen> {
     let own_from_world = evidence.placed[sensor].world_from_sensor.inverse();
     let mut all = Vec::new();
     for other in (0..evidence.names.len()).filter(|other| *other != sensor) {
@@ -142,14 +138,11 @@ fn seen(evidence: &Evidence<'_>, sensor: usize, bias: &[f64]) -> Vec<Seen> {
             };
             for found in match_bodies(bodies, of_other, &own_from_other, reach, None) {
                 let (a, b) = (&bodies[found.a], &of_other[found.b]);
-                for (joint, p, q) in common(a, b, found.mirrored) {
-                    let there = q.at + q.at.normalize() * bias[other_side(joint, found.mirrored)];
-                    all.push(Seen {
-                        instant,
-                        own: p.at + p.at.normalize() * bias[joint],
-                        others: own_from_other.transform_point(&there.into()).coords,
-                    });
-                }
+                all.extend(common(a, b, found.mirrored).map(|(_, p, q)| Seen {
+                    instant,
+                    own: p.at,
+                    others: own_from_other.transform_point(&q.at.into()).coords,
+                }));
             }
         }
     }

@@ -1,10 +1,10 @@
 //! Gathers a walk while it happens, in bounded memory, and says live how well each sensor is covered.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use posefuse_skeleton::{Body, JointSet, Observation, SensorId, Timestamp};
-use serde::{Deserialize, Serialize};
 
+use crate::coverage::{self, Coverage, Glimpse, Sight, Tally};
 use crate::{SensorWalk, Walk, WalkFrame};
 
 /// Frames that follow the last one kept more closely than this are left aside, ns: [`solve`](crate::solve) compares
@@ -16,12 +16,6 @@ const DEFAULT_FRAMES: usize = 13_400;
 const SHARED_NS: i64 = 50_000_000;
 /// A gap longer than this is not counted as time seen, ns.
 const GAP_NS: i64 = 200_000_000;
-/// Edge of a floor cell, metres.
-const CELL_M: f64 = 0.5;
-/// What a walk needs: seconds of view shared with the best other sensor (of a lone sensor's own view), and cells covered
-/// in it.
-const WANTED_SHARED_S: f64 = 15.0;
-const WANTED_CELLS: usize = 8;
 
 /// Gathers what sensors see. What does not fit, once a sensor's room is full, is neither kept nor counted.
 #[derive(Clone, Debug)]
@@ -39,41 +33,10 @@ struct Gathered {
     last_body: Option<Timestamp>,
     /// The same, kept.
     last_kept_body: Option<Timestamp>,
-    seen_ns: i64,
-    cells: BTreeSet<(i32, i32)>,
-    shared_ns: BTreeMap<SensorId, i64>,
-    shared_frames: BTreeMap<SensorId, u64>,
-    shared_cells: BTreeMap<SensorId, BTreeSet<(i32, i32)>>,
-}
-
-/// How far a walk has come.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Coverage {
-    /// One entry per sensor, by its number.
-    pub sensors: Vec<SensorCoverage>,
-    /// How much of what is needed has been seen, 0..=1: that of the worst sensor. At 1 the walk may end.
-    pub share: f64,
-    /// What to do next, in plain words; empty when nothing is missing.
-    pub hint: String,
-}
-
-/// How well one sensor is covered.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SensorCoverage {
-    /// The sensor's number.
-    pub sensor: SensorId,
-    /// Its name.
-    pub name: String,
-    /// Frames kept of it, with or without a body.
-    pub frames: u64,
-    /// How long it saw somebody, seconds.
-    pub seconds_with_body: f64,
-    /// Frames kept with a body, in which the other sensor saw somebody within 50 ms.
-    pub shared_frames: BTreeMap<SensorId, u64>,
-    /// Floor cells (0.5 m, in the sensor's own horizontal axes x and z) in which somebody was seen.
-    pub cells: Vec<(i32, i32)>,
-    /// How much of what is needed has been seen, 0..=1.
-    pub share: f64,
+    /// In the frames that were kept.
+    own: Tally,
+    /// The same while the other sensor saw somebody, too.
+    shared: BTreeMap<SensorId, Tally>,
 }
 
 impl Collector {
@@ -111,7 +74,7 @@ impl Collector {
     /// 15 a second, and bodies beyond [`Observation::MAX_BODIES`].
     pub fn add(&mut self, sensor: SensorId, time: Timestamp, bodies: &[Body]) {
         let bodies = &bodies[..bodies.len().min(Observation::MAX_BODIES)];
-        let cells: Vec<_> = bodies.iter().filter_map(floor_cell).collect();
+        let glimpse = Glimpse::of(bodies);
         let others: Vec<SensorId> = self
             .sensors
             .iter()
@@ -122,7 +85,7 @@ impl Collector {
         let Some(gathered) = self.sensors.get_mut(&sensor) else {
             return;
         };
-        let peopled = !cells.is_empty();
+        let peopled = !glimpse.is_empty();
         if peopled {
             gathered.last_body = Some(time);
         }
@@ -140,16 +103,13 @@ impl Collector {
         } else {
             0
         };
-        gathered.seen_ns += step;
-        gathered.cells.extend(&cells);
+        gathered.own.add(&glimpse, step);
         for other in others {
-            *gathered.shared_ns.entry(other).or_default() += step;
-            *gathered.shared_frames.entry(other).or_default() += 1;
             gathered
-                .shared_cells
+                .shared
                 .entry(other)
                 .or_default()
-                .extend(&cells);
+                .add(&glimpse, step);
         }
     }
 
@@ -157,9 +117,7 @@ impl Collector {
     pub fn remove(&mut self, sensor: SensorId) {
         self.sensors.remove(&sensor);
         for other in self.sensors.values_mut() {
-            other.shared_ns.remove(&sensor);
-            other.shared_frames.remove(&sensor);
-            other.shared_cells.remove(&sensor);
+            other.shared.remove(&sensor);
         }
     }
 
@@ -170,18 +128,9 @@ impl Collector {
 
     /// How far the walk has come.
     pub fn coverage(&self) -> Coverage {
-        let sensors: Vec<SensorCoverage> = self
-            .sensors
-            .iter()
-            .map(|(id, gathered)| gathered.coverage(*id, self.sensors.len() == 1))
-            .collect();
-        let worst = sensors.iter().min_by(|a, b| a.share.total_cmp(&b.share));
-        let alone = sensors.len() == 1;
-        Coverage {
-            share: worst.map_or(0.0, |worst| worst.share),
-            hint: worst.map_or_else(|| "start an agent".to_owned(), |worst| hint(worst, alone)),
-            sensors,
-        }
+        let sensors = self.sensors.iter();
+        let sights: Vec<Sight<'_>> = sensors.map(|(id, gathered)| gathered.sight(*id)).collect();
+        coverage::coverage(&sights)
     }
 
     /// What has been gathered, for [`solve`](crate::solve).
@@ -198,6 +147,16 @@ impl Collector {
 }
 
 impl Gathered {
+    fn sight(&self, sensor: SensorId) -> Sight<'_> {
+        Sight {
+            sensor,
+            name: &self.name,
+            frames: self.frames.len() as u64,
+            own: &self.own,
+            shared: &self.shared,
+        }
+    }
+
     fn saw_body_near(&self, time: Timestamp) -> bool {
         self.last_body
             .is_some_and(|last| time.since_ns(last).saturating_abs() <= SHARED_NS)
@@ -213,55 +172,4 @@ impl Gathered {
         };
         last.is_some_and(|last| (0..SPACING_NS).contains(&time.since_ns(last)))
     }
-
-    fn coverage(&self, sensor: SensorId, alone: bool) -> SensorCoverage {
-        let enough = |ns: i64, cells: usize| {
-            (ns as f64 * 1e-9 / WANTED_SHARED_S)
-                .min(cells as f64 / WANTED_CELLS as f64)
-                .min(1.0)
-        };
-        let with = |other: &SensorId| {
-            let shared_ns = self.shared_ns.get(other).copied().unwrap_or(0);
-            enough(
-                shared_ns,
-                self.shared_cells.get(other).map_or(0, BTreeSet::len),
-            )
-        };
-        let share = if alone {
-            enough(self.seen_ns, self.cells.len())
-        } else {
-            self.shared_frames.keys().map(with).fold(0.0, f64::max)
-        };
-        SensorCoverage {
-            sensor,
-            name: self.name.clone(),
-            frames: self.frames.len() as u64,
-            seconds_with_body: self.seen_ns as f64 * 1e-9,
-            shared_frames: self.shared_frames.clone(),
-            cells: self.cells.iter().copied().collect(),
-            share,
-        }
-    }
-}
-
-fn hint(worst: &SensorCoverage, alone: bool) -> String {
-    let name = &worst.name;
-    if worst.share >= 1.0 {
-        String::new()
-    } else if worst.frames == 0 {
-        format!("`{name}` sends nothing: start its agent")
-    } else if worst.seconds_with_body == 0.0 {
-        format!("`{name}` has seen nobody yet: walk into its view")
-    } else if worst.shared_frames.is_empty() && !alone {
-        format!("walk where `{name}` and another sensor see you at the same time")
-    } else {
-        format!("walk about in front of `{name}`, also where you have not been yet")
-    }
-}
-
-/// The floor cell below a body's centre, in the sensor's own axes (a level sensor's x and z are horizontal).
-fn floor_cell(body: &Body) -> Option<(i32, i32)> {
-    let centre = body.skeleton.centre().filter(|centre| centre.is_finite())?;
-    let cell = |metres: f64| (metres / CELL_M).floor().clamp(-40.0, 40.0) as i32;
-    Some((cell(centre.vector().x), cell(centre.vector().z)))
 }

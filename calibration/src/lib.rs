@@ -16,6 +16,7 @@ mod beliefs;
 mod bundle;
 mod collector;
 mod compare;
+mod coverage;
 mod diagnose;
 mod error;
 mod floor;
@@ -41,7 +42,8 @@ mod tracks;
 mod verdict;
 mod walk;
 
-pub use collector::{Collector, Coverage, SensorCoverage};
+pub use collector::Collector;
+pub use coverage::{Coverage, Goals, SensorCoverage};
 pub use compare::{Change, SensorMove, compare};
 pub use error::{CalibrationError, Cause};
 pub use kabsch::{Degenerate, PointPair, RigidFit, kabsch};

@@ -104,7 +104,7 @@ pub struct Thresholds {
     /// The same across it, m. On one straight line the turn about that line is held by the body's size alone.
     pub spread_short_m: [f64; 2],
     /// How much the person turned, 0..=1: the share of bodies more than 30 degrees off the commonest direction. Even
-    /// turning gives 0.67; who walks up and down a line without turning, under 0.2. There a narrow way
+    /// turning gives 0.67, common walks 0.1 to 0.5; who walks up and down a line without turning, under 0.04. There a narrow way
     /// ([`Thresholds::spread_short_m`]) leaves the sensors free to turn about it.
     pub turned: [f64; 2],
     /// Smallest over largest singular value of the joints' cloud: below 0.05 all joints lie near one plane, and the turn
@@ -116,7 +116,7 @@ pub struct Thresholds {
     /// more is a wrong unit or a mixture of people.
     pub bone_share: [f64; 2],
     /// How far a sensor's metre may be off the others', as a share, going by where people walked. Simulated sensors
-    /// agree to 2 %; yards for metres are 9 % off.
+    /// agree to 0.3 %; yards for metres are 9 % off.
     pub scale_share: [f64; 2],
     /// How far a sensor may seem to have moved during the walk, mm RMS over the people's joints, provided that
     /// [`Thresholds::moved_sigmas`] says so too.
@@ -127,7 +127,8 @@ pub struct Thresholds {
     /// may well be right, its joints hardly.
     pub hanging_share: [f64; 2],
     /// Share of the bodies coming towards a sensor that walk backwards by their labels of left and right. Nobody does;
-    /// a sensor whose labels are mirrored throughout gives 0.9.
+    /// a sensor whose labels
+    /// are mirrored throughout gives 0.9; one that swaps now and then, up to 0.6.
     pub backwards_share: [f64; 2],
     /// How well a sensor's place must be known beside the others', standard deviation in mm.
     pub sigma_mm: [f64; 2],
@@ -148,15 +149,15 @@ impl Default for Thresholds {
             shared_s: [10.0, 3.0],
             spread_long_m: [0.35, 0.15],
             spread_short_m: [0.15, 0.02],
-            turned: [0.3, 0.1],
+            turned: [0.05, 0.02],
             singular_ratio: [0.05, 0.01],
             floor_share: [0.95, 0.7],
             bone_share: [0.12, 0.3],
-            scale_share: [0.04, 0.15],
+            scale_share: [0.02, 0.1],
             moved_mm: [25.0, 80.0],
-            moved_sigmas: [3.0, 6.0],
+            moved_sigmas: [2.5, 5.0],
             hanging_share: [0.7, 1.0],
-            backwards_share: [0.5, 1.0],
+            backwards_share: [0.75, 1.0],
             sigma_mm: [30.0, 150.0],
             sigma_deg: [0.6, 3.0],
             sigma_ms: [10.0, 50.0],

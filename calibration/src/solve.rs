@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
-use posefuse_skeleton::{Calibration, JointMap, SensorPose, Timestamp, Transform};
+use posefuse_skeleton::{Calibration, SensorPose, Timestamp, Transform};
 
 use crate::bundle::sample;
 use crate::diagnose::Case;
@@ -113,7 +113,7 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
         pairs: &pairs,
         floor: &floor.row,
         looks: &looks,
-        against: &against::against(&evidence, &JointMap::empty()),
+        against: &against::against(&evidence),
         turned: against::turned(&evidence),
         causes: &causes.collect::<Vec<_>>(),
     };
