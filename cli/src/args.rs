@@ -3,7 +3,8 @@
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    agent, calibrate, completions, demo, doctor, record, refuse, server, simulate, takes, watch,
+    agent, calibrate, calibrations, completions, demo, doctor, evaluate, record, refuse, server, simulate, takes,
+    watch,
 };
 use crate::global::Global;
 
@@ -38,6 +39,8 @@ pub(crate) enum Command {
     Agent(agent::AgentArgs),
     /// Find out where the sensors stand, from one person's walk
     Calibrate(calibrate::CalibrateArgs),
+    /// List, compare, restore, export and import calibrations
+    Calibrations(calibrations::CalibrationsArgs),
     /// Record a take; Ctrl-C ends it
     Record(record::RecordArgs),
     /// List, show and repair takes
@@ -46,6 +49,8 @@ pub(crate) enum Command {
     Refuse(refuse::RefuseArgs),
     /// Make a take from simulated sensors, faster than real time, and measure the error against the truth
     Simulate(simulate::SimulateArgs),
+    /// Say how good fused people are: methods side by side, on simulated rooms, takes or recordings
+    Evaluate(evaluate::EvaluateArgs),
     /// Print the fused people as they move
     Watch(watch::WatchArgs),
     /// Say what is wrong with this machine or room, and what to do

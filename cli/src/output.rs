@@ -42,6 +42,11 @@ pub(crate) fn paint(style: Style, text: &str) -> String {
     paint_if(coloured(&io::stdout().is_terminal()), style, text)
 }
 
+/// `text` in `style`, if stderr is coloured.
+pub(crate) fn paint_err(style: Style, text: &str) -> String {
+    paint_if(coloured(&io::stderr().is_terminal()), style, text)
+}
+
 fn paint_if(colour: bool, style: Style, text: &str) -> String {
     if !colour {
         return text.to_owned();

@@ -2,9 +2,11 @@
 
 pub(crate) mod agent;
 pub(crate) mod calibrate;
+pub(crate) mod calibrations;
 pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod doctor;
+pub(crate) mod evaluate;
 pub(crate) mod record;
 pub(crate) mod refuse;
 pub(crate) mod server;
@@ -27,10 +29,12 @@ pub(crate) fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Server(args) => server::run(&args, global),
         Command::Agent(args) => block_on(agent::run(&args, global)),
         Command::Calibrate(args) => calibrate::run(&args, global),
+        Command::Calibrations(args) => block_on(calibrations::run(&args, global)),
         Command::Record(args) => block_on(record::run(&args, global)),
         Command::Takes(args) => takes::run(&args, global),
         Command::Refuse(args) => refuse::run(&args, global),
         Command::Simulate(args) => simulate::run(&args, global),
+        Command::Evaluate(args) => evaluate::run(&args, global),
         Command::Watch(args) => block_on(watch::run(&args, global)),
         Command::Doctor(args) => block_on(doctor::run(&args, global)),
         Command::Completions(args) => completions::run(&args),

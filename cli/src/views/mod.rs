@@ -1,12 +1,15 @@
 //! The JSON that `--json` prints: plain names and SI units, the same from a server and from a folder.
 
+mod calibration;
+
 use std::collections::BTreeMap;
 
-use posefuse_calibration::{PairRow, Reason, Solution};
-use posefuse_proto::{calibration_to_wire, v1};
+use posefuse_proto::v1;
 use posefuse_session::TakeInfo;
 use posefuse_skeleton::{Provenance, RoomFrame, Track};
 use serde::Serialize;
+
+pub(crate) use calibration::{CalibrationView, KeptView, MoveView, PairView, SensorPoseView};
 
 /// A take.
 #[derive(Clone, Debug, Serialize)]
@@ -133,124 +136,5 @@ fn provenance(provenance: Provenance) -> &'static str {
         Provenance::Measured(_) => "measured",
         Provenance::Predicted(_) => "predicted",
         Provenance::Repaired => "repaired",
-    }
-}
-
-/// The outcome of a calibration.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct CalibrationView {
-    /// `passed`, `weak` or `failed`.
-    pub(crate) verdict: &'static str,
-    pub(crate) reasons: Vec<String>,
-    pub(crate) in_force: bool,
-    pub(crate) sensors: Vec<SensorPoseView>,
-    pub(crate) pairs: Vec<PairView>,
-    /// The calibration file that was written, if one was.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) file: Option<String>,
-}
-
-/// Where one sensor stands.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct SensorPoseView {
-    pub(crate) sensor: String,
-    pub(crate) position_m: [f64; 3],
-    pub(crate) orientation_xyzw: [f64; 4],
-    pub(crate) time_offset_ms: f64,
-    pub(crate) residual_median_mm: f64,
-    pub(crate) residual_p95_mm: f64,
-    pub(crate) samples: u64,
-}
-
-/// How far two sensors' joints lie apart on frames the solver never used.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct PairView {
-    pub(crate) a: String,
-    pub(crate) b: String,
-    pub(crate) before_mm: f64,
-    pub(crate) after_mm: f64,
-    pub(crate) after_p95_mm: f64,
-    pub(crate) samples: u64,
-}
-
-impl From<&v1::CalibrateResult> for CalibrationView {
-    fn from(result: &v1::CalibrateResult) -> Self {
-        let poses = result
-            .calibration
-            .iter()
-            .flat_map(|calibration| &calibration.sensors);
-        Self {
-            verdict: match result.verdict() {
-                v1::Verdict::Passed => "passed",
-                v1::Verdict::Weak => "weak",
-                v1::Verdict::Failed | v1::Verdict::Unspecified => "failed",
-            },
-            reasons: result.reasons.clone(),
-            in_force: result.in_force,
-            sensors: poses.map(SensorPoseView::from).collect(),
-            pairs: result.pairs.iter().map(PairView::from).collect(),
-            file: None,
-        }
-    }
-}
-
-impl CalibrationView {
-    /// The outcome of a calibration that was solved here.
-    pub(crate) fn of_solution(solution: &Solution) -> Self {
-        let calibration = calibration_to_wire(&solution.calibration);
-        let report = &solution.report;
-        let reason = |reason: &Reason| format!("{}: {}", reason.what, reason.remedy);
-        let pair = |row: &PairRow| PairView {
-            a: row.a.clone(),
-            b: row.b.clone(),
-            before_mm: row.rms_before_mm,
-            after_mm: row.median_mm,
-            after_p95_mm: row.p95_mm,
-            samples: row.samples,
-        };
-        Self {
-            verdict: report.verdict.name(),
-            reasons: report.reasons.iter().map(reason).collect(),
-            in_force: false,
-            sensors: calibration
-                .sensors
-                .iter()
-                .map(SensorPoseView::from)
-                .collect(),
-            pairs: report.pairs.iter().map(pair).collect(),
-            file: None,
-        }
-    }
-}
-
-impl From<&v1::SensorPose> for SensorPoseView {
-    fn from(pose: &v1::SensorPose) -> Self {
-        let place = pose.room_from_sensor.unwrap_or_default();
-        let (t, q) = (
-            place.translation.unwrap_or_default(),
-            place.rotation.unwrap_or_default(),
-        );
-        Self {
-            sensor: pose.sensor.clone(),
-            position_m: [t.x, t.y, t.z],
-            orientation_xyzw: [q.x, q.y, q.z, q.w],
-            time_offset_ms: pose.time_offset_ns as f64 * 1e-6,
-            residual_median_mm: pose.residual_median_m * 1e3,
-            residual_p95_mm: pose.residual_p95_m * 1e3,
-            samples: pose.samples,
-        }
-    }
-}
-
-impl From<&v1::PairResidual> for PairView {
-    fn from(pair: &v1::PairResidual) -> Self {
-        Self {
-            a: pair.a.clone(),
-            b: pair.b.clone(),
-            before_mm: pair.before_rms_m * 1e3,
-            after_mm: pair.after_median_m * 1e3,
-            after_p95_mm: pair.after_p95_m * 1e3,
-            samples: pair.samples,
-        }
     }
 }

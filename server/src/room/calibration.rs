@@ -14,8 +14,7 @@ use tonic::Status;
 use super::{Room, history};
 
 /// What to do without a calibration.
-pub(crate) const REMEDY: &str =
-    "run `posefuse calibrate`, or press Calibrate on the dashboard, and walk about for 30 s";
+pub(crate) const REMEDY: &str = "run `posefuse calibrate`, or press Calibrate on the dashboard, and walk about until it has seen enough";
 
 /// Where the calibration is kept. Section `[calibration]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

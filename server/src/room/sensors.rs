@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use posefuse_fusion::RejectionReason;
+use posefuse_fusion::{Contribution, RejectionReason};
 use posefuse_proto::{pose_to_wire, sensor_info_to_wire, v1};
 use posefuse_skeleton::{Calibration, Timestamp};
 
@@ -92,7 +92,21 @@ pub(super) fn status(
             .and_then(|health| health.frames_dropped),
         muted: sensor.is_muted(),
         drift: None,
-        contribution: None,
+        contribution: view
+            .and_then(|view| view.contribution.as_ref())
+            .map(contribution),
+    }
+}
+
+fn contribution(part: &Contribution) -> v1::Contribution {
+    let millimetres = |metres: &Option<f32>| metres.map_or(-1.0, |metres| metres * 1e3);
+    v1::Contribution {
+        weight: part.weight,
+        rejected_share: part.rejected_share,
+        residual_mm: part.residual_m.map(|metres| metres * 1e3),
+        joint_weights: part.joint_weights.to_vec(),
+        joint_rejected_shares: part.joint_rejected.to_vec(),
+        joint_residuals_mm: part.joint_residual_m.iter().map(millimetres).collect(),
     }
 }
 

@@ -36,9 +36,10 @@ async fn a_calibration_is_kept_and_in_force_after_a_restart() {
         .into_iter()
         .map(|stored| stored.file)
         .collect();
-    assert!(
-        files.len() == 2 && files.iter().any(|file| file.contains(".until-")),
-        "{files:?}"
+    assert_eq!(
+        files.len(),
+        3,
+        "the one in force, and each that ever was: {files:?}"
     );
     server.stop().await;
 }

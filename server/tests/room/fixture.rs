@@ -277,6 +277,7 @@ pub(crate) fn calibration(names: &[&str]) -> v1::Calibration {
                 ..Default::default()
             })
             .collect(),
+        ..Default::default()
     }
 }
 

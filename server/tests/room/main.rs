@@ -4,7 +4,9 @@
 
 mod agents;
 mod calibration;
+mod calibrations;
 mod fixture;
 mod takes;
+mod walk;
 mod watching;
 mod web;

@@ -40,9 +40,9 @@ pub(crate) struct DemoArgs {
     /// Record for this long, then end
     #[arg(long, value_name = "S", value_parser = values::seconds)]
     seconds: Option<f64>,
-    /// How long the calibration watches the walk
-    #[arg(long, value_name = "S", default_value = "20", value_parser = values::seconds)]
-    walk: f64,
+    /// How long the calibration watches the walk, instead of until every sensor has seen enough
+    #[arg(long, value_name = "S", value_parser = values::seconds)]
+    walk: Option<f64>,
     /// Leave it unknown where the sensors stand, to calibrate from the dashboard; records only with --seconds
     #[arg(long)]
     no_calibrate: bool,
@@ -185,7 +185,7 @@ impl Show {
         let _ = line(format!("{rule}\n{}\n{rule}", paint(Style::Bold, &address)));
     }
 
-    /// Calibrates from the person's walk; if that fails, once more for twice as long.
+    /// Calibrates from the person's walk; if that fails, once more, for twice as long where a length was given.
     async fn calibrate(
         &mut self,
         room: &mut Room,
@@ -193,12 +193,15 @@ impl Show {
         global: &Global,
         stop: &CancellationToken,
     ) -> anyhow::Result<()> {
-        for seconds in [args.walk, 2.0 * args.walk] {
-            note(format!(
-                "calibrating from the simulated walk, {seconds:.0} s"
-            ));
+        for times in [1.0, 2.0] {
+            let seconds = args.walk.map(|seconds| times * seconds);
+            note(match seconds {
+                Some(seconds) => format!("calibrating from the simulated walk, {seconds:.0} s"),
+                None => "calibrating from the simulated walk, until every sensor has seen enough"
+                    .to_owned(),
+            });
             let request = CalibrateRequest {
-                seconds,
+                seconds: seconds.unwrap_or(0.0),
                 dry_run: false,
             };
             let Some(result) = calibrate::live::follow(room, request, stop).await? else {
