@@ -29,7 +29,9 @@ export async function calibration(page, report, { sensors }) {
       return { ok: share > before, before, share };
     }, 20_000);
   }, { needed: true });
-  await report.step("the wizard fits every size, and is read across the room", async () => await sizes(page, report));
+  await report.step("the wizard fits every size, and is read across the room", async () => {
+    await sizes(page, report).finally(() => page.setViewportSize(USUAL_SIZE));
+  });
   await report.step("the walk ends by itself with a verdict", async () => {
     await report.until("a verdict", async () => {
       const state = await panel(page).getAttribute("data-state");
@@ -84,8 +86,8 @@ async function sizes(page, report) {
       };
     });
     if (over > 0 || cut) throw new Error(`at ${width} x ${height} the wizard is ${over} px too wide, or its cancel button is out of sight`);
-    // 1.2 % of a screen's height is about what is legible from 3 m; the hint must be far above.
-    if (letters && letters < 0.035 * height) throw new Error(`at ${width} x ${height} the hint has letters of only ${letters} px`);
+    // On a screen of half a metre these are letters of 17 mm and more: three times what good eyes need at 3 m.
+    if (letters && letters < 0.035 * Math.min(width, height)) throw new Error(`at ${width} x ${height} the hint has letters of only ${letters} px`);
     await report.shot(`walk dark ${width}`);
   }
   await page.setViewportSize(USUAL_SIZE);
@@ -146,6 +148,16 @@ async function muting(page, report, sensors) {
     await page.keyboard.press("Escape");
     await page.getByTestId("more").first().click();
     await report.shot("joints of a sensor dark");
+  });
+  await report.step("one sensor is calibrated alone, or the server says why not", async () => {
+    await page.getByTestId("recalibrate-button").first().click();
+    const dialog = page.getByTestId("recalibrated-dialog");
+    await report.until("a verdict or a reason", async () => {
+      const words = [...(await dialog.getByTestId("recalibrate-result").allTextContents()), ...(await dialog.getByTestId("recalibrate-trouble").allTextContents())];
+      return { ok: words.length === 1 && words[0].length > 5, words };
+    }, 60_000);
+    await report.shot("recalibrated dark");
+    await page.keyboard.press("Escape");
     await page.getByTestId("more").first().click();
   });
   await report.step(`${name} is muted with one click, drawn hollow, and comes back`, async () => {
@@ -167,5 +179,6 @@ async function muting(page, report, sensors) {
     await page.waitForTimeout(300);
     await report.shot("drift dark");
     await page.getByTestId("plot-residual-choice").selectOption("residual");
+    await page.getByTestId("stage").focus();
   });
 }

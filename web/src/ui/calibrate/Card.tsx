@@ -35,7 +35,7 @@ export function CalibrationCard() {
             <p>
               {verdict && (
                 <strong class={verdict.kind}>
-                  <span aria-hidden="true">{verdict.icon}</span> {verdict.word}{" "}
+                  <span aria-hidden="true">{verdict.icon}</span> {verdict.word} ·{" "}
                 </strong>
               )}
               {plural(calibration.sensors.length, "sensor")}, {madeFrom(calibration.method, calibration.floor)}

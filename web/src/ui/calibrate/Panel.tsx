@@ -1,7 +1,7 @@
 // The calibration wizard: what to do, how it goes, whether to trust what came out. Not modal: beside the room it is a
 // panel; while somebody walks it fills the window, unless it is made small.
 
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { closeCalibrate, large, repeatCalibrate } from "../../state/calibrate";
 import { calibrating } from "../../state/store";
 import { Intro } from "./Intro";
@@ -11,8 +11,8 @@ import { Walking } from "./Walking";
 export function CalibratePanel() {
   const c = calibrating.value;
   const title = useRef<HTMLHeadingElement>(null);
-  // A result puts the focus on what it advises.
-  useEffect(() => {
+  // A result puts the focus on what it advises. At once, so that the next key is the wizard's.
+  useLayoutEffect(() => {
     if (c.kind !== "done") title.current?.focus();
   }, [c.kind]);
   const running = c.kind === "running";

@@ -22,7 +22,7 @@ function MovedBanner({ alarm: { sensor, what, remedy, muted } }: { alarm: Alarm 
         <strong>{what}.</strong> {remedy}
       </span>
       <span class="grow" />
-      <RecalibrateButton sensor={sensor} />
+      <RecalibrateButton sensor={sensor} kind="primary" />
       {muted ? (
         <span class="muted">It is muted.</span>
       ) : (
@@ -34,10 +34,10 @@ function MovedBanner({ alarm: { sensor, what, remedy, muted } }: { alarm: Alarm 
   );
 }
 
-export function RecalibrateButton({ sensor }: { sensor: string }) {
+export function RecalibrateButton({ sensor, kind = "" }: { sensor: string; kind?: string }) {
   const busy = recalibration.value.kind === "busy" ? recalibration.value.sensor : null;
   return (
-    <button type="button" class="primary" disabled={busy !== null} data-testid="recalibrate-button" onClick={() => void recalibrate(sensor)}>
+    <button type="button" class={kind} disabled={busy !== null} data-testid="recalibrate-button" onClick={() => void recalibrate(sensor)}>
       {busy === sensor ? "Recalibrating …" : `Recalibrate ${sensor}`}
     </button>
   );

@@ -48,11 +48,7 @@ export function SensorCard({ sensor }: { sensor: SensorStatus }) {
           {sensor.trouble}
         </p>
       )}
-      {sensor.drift?.alarm && (
-        <div class="card-repair">
-          <RecalibrateButton sensor={name} />
-        </div>
-      )}
+      {sensor.drift?.alarm && <RecalibrateButton sensor={name} kind="primary card-repair" />}
       {harm && (
         <p class="card-trouble bad" data-testid="sensor-harm">
           <strong>This sensor hurts:</strong> {harm}.
@@ -124,6 +120,10 @@ function More({ sensor }: { sensor: SensorStatus }) {
           ))}
         </ul>
       )}
+      <h4>Place</h4>
+      <p>{explainDrift(sensor.drift)}.</p>
+      <p class="muted">To find its place anew, walk about for 20 s in its view, then:</p>
+      <RecalibrateButton sensor={sensor.info?.name ?? ""} />
     </div>
   );
 }
