@@ -20,6 +20,8 @@ const MIN_INSTANTS: usize = 30;
 /// Rounds of fitting, and the robust scale in standard deviations.
 const ROUNDS: usize = 4;
 const SCALE: f64 = 3.0;
+/// Joints that are looked at for each sensor: more tell no more.
+const JOINTS: usize = 4000;
 /// Joints of one instant err together and instants 0.1 s apart do, too: this share of them counts.
 const INDEPENDENT_SHARE: f64 = 0.03;
 /// With several bodies in view, those further apart than this are not compared, metres.
@@ -63,9 +65,11 @@ struct Fit {
 /// Each sensor against the others.
 pub(crate) fn against(evidence: &Evidence<'_>) -> Vec<Against> {
     let against = |sensor: usize| {
-        let seen = seen(evidence, sensor);
+        let mut seen = seen(evidence, sensor);
+        let step = seen.len().div_ceil(JOINTS).max(1);
+        seen = seen.into_iter().step_by(step).collect();
         Against {
-            motion: motion(&seen, evidence.spacing_s),
+            motion: motion(&seen, step, evidence.spacing_s),
             scale: scale(&seen).unwrap_or(1.0),
         }
     };
@@ -150,7 +154,8 @@ fn seen(evidence: &Evidence<'_>, sensor: usize) -> Vec<Seen> {
     all
 }
 
-fn motion(seen: &[Seen], spacing_s: f64) -> Option<Motion> {
+/// The most certain motion; `seen` is every `step`-th joint.
+fn motion(seen: &[Seen], step: usize, spacing_s: f64) -> Option<Motion> {
     let mut instants: Vec<usize> = seen.iter().map(|s| s.instant).collect();
     instants.dedup();
     if instants.len() < 2 * MIN_INSTANTS {
@@ -172,7 +177,7 @@ fn motion(seen: &[Seen], spacing_s: f64) -> Option<Motion> {
         Some(Motion {
             by_mm: mean_square.sqrt() * 1e3,
             turn_deg: change.rotation.angle().to_degrees(),
-            sigmas: sigmas(&before, &after)?,
+            sigmas: sigmas(&before, &after)? * (step as f64).sqrt(),
             at_s: cut as f64 * spacing_s,
         })
     };

@@ -65,7 +65,7 @@ pub enum Cause {
     Apart,
     /// A sensor's frames are too far apart to say where somebody was between them.
     #[error(
-        "`{sensor}` sends {} frames a second, and 10 or more are needed: check its agent, its cable and the network, \
+        "`{sensor}` sends {:.1} frames a second, and 10 or more are needed: check its agent, its cable and the network, \
          then repeat",
         *.per_minute as f64 / 60.0
     )]

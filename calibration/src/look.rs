@@ -21,10 +21,10 @@ const ADULT_M: [(Joint, Joint, f64); 8] = [
 /// Frames that are looked at, spread over the walk.
 const LOOKS: usize = 400;
 /// Over how long, and from which speed, somebody counts as coming towards a sensor: seconds, m/s.
-const COMING_S: f64 = 0.3;
-const COMING_SPEED: f64 = 0.3;
+const COMING_S: f64 = 0.5;
+const COMING_SPEED: f64 = 0.4;
 /// Fewest such bodies to say something.
-const MIN_COMING: u32 = 8;
+const MIN_COMING: u32 = 12;
 
 /// One sensor on its own.
 #[derive(Clone, Debug)]
@@ -161,12 +161,13 @@ fn backwards_share(peopled: &[&WalkFrame], step: usize) -> f64 {
             let Some(again) = again.filter(|_| seconds < 2.0 * COMING_S) else {
                 continue;
             };
-            let chest = |body| at(body, Joint::SpineShoulder);
-            let Some((from, to)) = chest(body).zip(chest(again)) else {
-                continue;
+            // Both ends of the spine: who bends or sits down does not come.
+            let comes = |joint: Joint| {
+                let (from, to) = (at(body, joint)?, at(again, joint)?);
+                let gone = (from - to).dot(&from.normalize());
+                Some(gone >= COMING_SPEED * seconds && 1.5 * gone > (to - from).norm())
             };
-            let speed = (from - to).dot(&from.normalize()) / seconds;
-            if speed >= COMING_SPEED && 2.0 * speed * seconds > (to - from).norm() {
+            if comes(Joint::SpineShoulder) == Some(true) && comes(Joint::SpineBase) == Some(true) {
                 if let Some(faces) = faces_the_sensor(body) {
                     coming += 1;
                     backwards += u32::from(!faces);

@@ -8,9 +8,6 @@ use posefuse_simulator::Layout;
 use crate::simulated::{PairError, record};
 use crate::survey::{METHODS, Surveyed, WALKS, world};
 
-/// Bounds that 95 % of errors lie in, in units of the root of the trace of the covariance: three equal axes, one axis.
-const BOUND: [f64; 3] = [1.614, 1.614, 1.960];
-
 /// Median and worst error by room, walk and method.
 pub(crate) fn print(rooms: &[Surveyed]) {
     println!(
@@ -93,12 +90,12 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
 /// How often the true error lies inside the stated 95 % bound.
 pub(crate) fn print_covariance(rooms: &[Surveyed]) {
     println!(
-        "\nHonesty: share of true errors between sensors inside the stated 95 % bound: place, turn, time"
+        "\nHonesty: share of sensors' true errors inside the stated 95 % bound: place, turn, time"
     );
     for (index, seconds) in WALKS.iter().enumerate() {
         for biased in [false, true] {
             let of = rooms.iter().filter(|room| room.biased == biased);
-            let ratios: Vec<_> = of.flat_map(|r| r.walks[index].over_sigma.clone()).collect();
+            let ratios: Vec<_> = of.flat_map(|r| r.walks[index].over_bound.clone()).collect();
             let bias = if biased {
                 "8 mm bias"
             } else {
@@ -109,7 +106,7 @@ pub(crate) fn print_covariance(rooms: &[Surveyed]) {
                 continue;
             }
             let share = |part: usize| {
-                let inside = ratios.iter().filter(|ratio| ratio[part] <= BOUND[part]);
+                let inside = ratios.iter().filter(|ratio| ratio[part] <= 1.0);
                 format!(
                     "{:.1} %",
                     100.0 * inside.count() as f64 / ratios.len() as f64
@@ -117,7 +114,7 @@ pub(crate) fn print_covariance(rooms: &[Surveyed]) {
             };
             let typical = |part: usize| format!("{:.2}", median(ratios.iter().map(|r| r[part])));
             println!(
-                "{bias}, {seconds:.0} s, {} pairs: {} {} {}; median error over sigma {} {} {}",
+                "{bias}, {seconds:.0} s, {} sensors: {} {} {}; median error over bound {} {} {}",
                 ratios.len(),
                 share(0),
                 share(1),

@@ -50,7 +50,7 @@ pub(crate) fn solve(walk: &Walk, least_confidence: f32) -> Calibration {
     }
 }
 
-fn pairs(a: &SensorWalk, b: &SensorWalk, least: f32) -> Vec<PointPair<Sensor, Sensor>> {
+pub(crate) fn pairs(a: &SensorWalk, b: &SensorWalk, least: f32) -> Vec<PointPair<Sensor, Sensor>> {
     let mut pairs = Vec::new();
     for frame in &b.frames {
         let next = a.frames.partition_point(|f| f.time < frame.time);

@@ -131,8 +131,8 @@ pub(crate) fn print_good(threads: usize) -> bool {
             room.layout,
             room.sensors,
             room.people,
-            if room.biased { ", 8 mm bias" } else { "" },
             room.seed,
+            if room.biased { ", 8 mm bias" } else { "" },
             reason(outcome)
         );
     }
