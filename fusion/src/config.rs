@@ -48,6 +48,12 @@ impl Config {
         self.clock.check(&mut check);
         self.associate.check(&mut check);
         check.within("fuse.min_confidence", self.fuse.min_confidence, 0.0, 1.0);
+        check.within(
+            "fuse.look_ahead",
+            self.fuse.look_ahead as f64,
+            0.0,
+            MAX_LOOK_AHEAD,
+        );
         let gates = self.stages.iter().filter(|s| matches!(s, Stage::Gate(_)));
         check.that("stages", gates.count() <= 1, || {
             "at most one stage of kind `gate`, found several".into()
@@ -58,9 +64,10 @@ impl Config {
         check.finish()
     }
 
-    /// How many frames later a frame comes out because a stage looks ahead.
+    /// How many frames later a frame comes out because fusing or a stage looks ahead.
     pub fn look_ahead_frames(&self) -> usize {
-        self.stages.iter().map(Stage::look_ahead_frames).sum()
+        let stages = self.stages.iter().map(Stage::look_ahead_frames);
+        self.fuse.look_ahead_frames() + stages.sum::<usize>()
     }
 }
 
@@ -242,18 +249,22 @@ impl AssociateConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FuseMethod {
-    /// The mean of the joints of at least `min_confidence` (Menard 2014).
+    /// The mean of the joints of at least `min_confidence` (Menard 2014), where the trackers report them.
     Average,
     /// The mean weighted by each sensor's noise at that distance and direction, and by confidence.
     Weighted,
+    /// A filter per joint that takes each sample at its own time and can look back.
+    Kalman,
 }
 
 /// `[fuse]`: how several sensors' joints become one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FuseConfig {
-    /// `average` or `weighted`.
+    /// `average`, `weighted` or `kalman`.
     pub method: FuseMethod,
+    /// `kalman`: newer frames waited for, 0 to 30, so that each frame is smoothed by what came after it.
+    pub look_ahead: usize,
     /// Confidence from which on a joint counts as measured with trust.
     pub min_confidence: f64,
     /// Whether bodies whose left and right a tracker exchanged are put right.
@@ -263,9 +274,23 @@ pub struct FuseConfig {
 impl Default for FuseConfig {
     fn default() -> Self {
         Self {
-            method: FuseMethod::Weighted,
+            method: FuseMethod::Kalman,
+            look_ahead: 1,
             min_confidence: 0.75,
             swaps: true,
+        }
+    }
+}
+
+/// Most frames that fusing waits for.
+const MAX_LOOK_AHEAD: f64 = 30.0;
+
+impl FuseConfig {
+    /// How many newer frames fusing waits for.
+    pub(crate) fn look_ahead_frames(&self) -> usize {
+        match self.method {
+            FuseMethod::Kalman => self.look_ahead,
+            FuseMethod::Average | FuseMethod::Weighted => 0,
         }
     }
 }

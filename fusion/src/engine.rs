@@ -11,11 +11,11 @@ use posefuse_skeleton::{
 use serde::{Deserialize, Serialize};
 
 use crate::clock::ClockEstimate;
-use crate::gate::GateConfig;
 use crate::intake::Intake;
+use crate::ledger::Ledger;
 use crate::people::{Comparer, People, Placed};
 use crate::sensors::SensorState;
-use crate::stages::{Pipeline, Stage};
+use crate::stages::Pipeline;
 use crate::{ClockSample, Config, Input, Output, Rejection, RejectionReason};
 
 /// Outputs kept for a caller that does not poll; then the oldest goes.
@@ -35,6 +35,8 @@ pub struct Engine {
     origins: Vec<Option<Vector3<f64>>>,
     known: Vec<TrackId>,
     comparer: Comparer,
+    /// Frames that smoothing offline goes back over at a time.
+    smooth_over: Option<usize>,
 }
 
 /// All that the engine remembers.
@@ -44,8 +46,10 @@ pub(crate) struct State {
     pub(crate) sensors: Vec<Option<SensorState>>,
     pub(crate) calibration: Option<Arc<Calibration>>,
     intake: Intake,
-    people: People,
+    pub(crate) people: People,
     pub(crate) pipeline: Pipeline,
+    /// Frames that wait until fusing has looked far enough ahead, oldest first.
+    held: VecDeque<RoomFrame>,
     outputs: VecDeque<Output>,
     frames: u64,
     /// Time of the newest frame that went into the stages.
@@ -65,6 +69,7 @@ impl Engine {
             intake: Intake::default(),
             people: People::default(),
             pipeline: Pipeline::new(&config.stages),
+            held: VecDeque::new(),
             outputs: VecDeque::new(),
             frames: 0,
             newest: None,
@@ -81,6 +86,7 @@ impl Engine {
             origins: Vec::new(),
             known: Vec::new(),
             comparer: Comparer::default(),
+            smooth_over: None,
         };
         engine.note_origins();
         engine
@@ -89,6 +95,21 @@ impl Engine {
     /// The configuration it runs with.
     pub fn config(&self) -> &Config {
         &self.config
+    }
+
+    /// For takes, not for the live room: frames wait for at least `frames` newer ones (1 to 1000; at 30 Hz 90 are as
+    /// good as all) and are smoothed by all that came after them (`kalman` only). Memory grows with `frames`, some 50
+    /// kB per person each. Call before the first input, and [`Engine::finish`] after the last.
+    pub fn smooth_over(&mut self, frames: usize) {
+        let frames = frames.clamp(1, 1000);
+        self.smooth_over = Some(frames);
+        self.state.people.remember(2 * frames);
+    }
+
+    /// Gives every frame that waits for newer ones: nothing more will come.
+    pub fn finish(&mut self) {
+        self.release(0);
+        self.give(|pipeline, give| pipeline.flush(give));
     }
 
     /// Takes one input. Never panics and never blocks: what cannot be used is rejected with a reason.
@@ -170,6 +191,7 @@ impl Engine {
         }
         self.state.calibration = Some(calibration);
         if moved {
+            self.release(0);
             self.state.people.uproot();
             self.state.pipeline.restart_all();
         }
@@ -179,6 +201,7 @@ impl Engine {
     fn mute(&mut self, id: SensorId, muted: bool) {
         if let Some(sensor) = self.sensor_mut(id) {
             sensor.muted = muted;
+            sensor.ledger = Ledger::default();
             if muted {
                 self.state.people.forget_sensor(id);
             }
@@ -218,14 +241,13 @@ impl Engine {
         else {
             return;
         };
-        let gate = gate(&self.config.stages);
         let outputs = &mut self.state.outputs;
         let mut rejected = [0_u64; crate::diagnostics::REASONS];
         let fresh = sensor.place_bodies(
             &mut observation,
             time,
             &place,
-            gate,
+            &self.config,
             &mut self.placed,
             &mut |rejection| {
                 rejected[crate::diagnostics::reason_index(rejection.reason)] += 1;
@@ -242,6 +264,7 @@ impl Engine {
         self.state
             .people
             .observe(id, origin, time, &self.placed, &self.config);
+        self.state.people.watch(id, &place.room_from_sensor, time);
         let now = observation.received;
         self.state
             .intake
@@ -297,6 +320,7 @@ impl Engine {
                 });
         let trusted = self.config.fuse.min_confidence;
         (self.comparer).look(time, &self.state.people, &self.state.sensors, trusted);
+        self.keep_account(time);
         for id in self.state.people.take_flipped() {
             self.state.pipeline.restart(id);
         }
@@ -313,10 +337,51 @@ impl Engine {
             look_ahead_ns: 0,
             tracks,
         };
-        self.give(|pipeline, give| pipeline.push(frame, give));
+        self.state.held.push_back(frame);
+        self.release_ready();
         // Nobody is there: nothing is left to wait for, and perhaps nothing will come.
         if !self.must_go_on(now) {
+            self.release(0);
             self.give(|pipeline, give| pipeline.flush(give));
+        }
+    }
+
+    /// Notes each sensor's part in the frame of `time`.
+    fn keep_account(&mut self, time: Timestamp) {
+        let elapsed_s = self
+            .state
+            .newest
+            .map_or(0.0, |last| time.since_seconds(last));
+        let sensors = &mut self.state.sensors;
+        for sensor in sensors.iter_mut().flatten() {
+            sensor.ledger.forget(elapsed_s);
+        }
+        for part in self.state.people.parts() {
+            if let Some(Some(sensor)) = sensors.get_mut(part.sensor.index()) {
+                sensor.ledger.add(part);
+            }
+        }
+    }
+
+    /// Sends the frames held back on, looked back at from the present, but for the newest `keep`.
+    fn release(&mut self, keep: usize) {
+        let State { held, people, .. } = &mut self.state;
+        let ready = held.len().saturating_sub(keep);
+        people.look_back(&mut held.make_contiguous()[..ready]);
+        for _ in 0..ready {
+            if let Some(frame) = self.state.held.pop_front() {
+                self.give(|pipeline, give| pipeline.push(frame, give));
+            }
+        }
+    }
+
+    /// Sends on what has waited long enough. Smoothing offline goes back over many frames at once, each of which is
+    /// then looked at twice at most, however far it looks ahead.
+    fn release_ready(&mut self) {
+        match self.smooth_over {
+            Some(frames) if self.state.held.len() >= 2 * frames => self.release(frames),
+            Some(_) => {}
+            None => self.release(self.config.fuse.look_ahead_frames()),
         }
     }
 
@@ -343,14 +408,6 @@ impl Engine {
         self.origins.extend(self.state.sensors.iter().map(origin));
         self.origins.resize(SensorId::MAX_SENSORS, None);
     }
-}
-
-/// The gate's settings, if it is on.
-fn gate(stages: &[Stage]) -> Option<&GateConfig> {
-    stages.iter().find_map(|stage| match stage {
-        Stage::Gate(gate) if gate.enabled => Some(gate),
-        _ => None,
-    })
 }
 
 fn put(outputs: &mut VecDeque<Output>, output: Output) {

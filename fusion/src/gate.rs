@@ -16,10 +16,15 @@ const SANE_M: f64 = 100.0;
 const MAX_BODIES: usize = Observation::MAX_BODIES;
 /// A body not seen for this long starts afresh, ns.
 const FORGET_NS: i64 = 1_000_000_000;
+/// Poses of a body that are remembered to know a repeat by.
+const POSES: usize = 4;
+/// No joint of a repeat is further than this from the pose it repeats, metres: rounding on the way. The noise of any
+/// sensor is much larger.
+const REPEAT_M: f64 = 2e-5;
 /// What noise alone may move a joint between two frames, metres.
 const NOISE_M: f64 = 0.08;
 
-/// `kind = "gate"`: drops joints no sensor can see or no person can do, and bodies that repeat bit by bit.
+/// `kind = "gate"`: drops joints no sensor can see or no person can do, and bodies that repeat an earlier pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GateConfig {
@@ -97,7 +102,8 @@ pub(crate) struct Gate {
 struct Known {
     tracking_id: u64,
     seen: Timestamp,
-    fingerprint: u64,
+    /// Its latest poses, oldest first.
+    poses: Vec<Pose>,
     joints: [Option<Accepted>; JOINT_COUNT],
 }
 
@@ -125,14 +131,17 @@ impl Gate {
         config: &GateConfig,
         mut reject: impl FnMut(RejectionReason, Option<Joint>),
     ) -> bool {
-        let fingerprint = fingerprint(&body.skeleton);
+        let pose = Pose::of(&body.skeleton);
         let known = self.known(body.tracking_id, time);
-        if !body.skeleton.is_empty() && known.fingerprint == fingerprint {
+        known.seen = time;
+        if !body.skeleton.is_empty() && known.poses.iter().any(|p| p.is_repeated_by(&pose)) {
             reject(RejectionReason::Repeated, None);
             return false;
         }
-        known.fingerprint = fingerprint;
-        known.seen = time;
+        if known.poses.len() == POSES {
+            known.poses.remove(0);
+        }
+        known.poses.push(pose);
         for (index, joint) in Joint::ALL.into_iter().enumerate() {
             let Some(state) = &body.skeleton[joint] else {
                 continue;
@@ -174,7 +183,7 @@ impl Gate {
             self.bodies.push(Known {
                 tracking_id,
                 seen: time,
-                fingerprint: 0,
+                poses: Vec::new(),
                 joints: [None; JOINT_COUNT],
             });
             self.bodies.len() - 1
@@ -223,19 +232,25 @@ fn reachable(
     false
 }
 
-/// FNV-1a over the bits of the positions; never 0.
-fn fingerprint(skeleton: &Skeleton<Sensor>) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    for (joint, state) in skeleton.iter() {
-        for bits in [joint as u64]
-            .into_iter()
-            .chain(state.position.vector().iter().map(|c| c.to_bits()))
-        {
-            hash = (hash ^ bits).wrapping_mul(0x0000_0100_0000_01b3);
-            hash ^= hash >> 29;
-        }
+/// Where a body's joints were, sensor frame, metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Pose(Vec<(Joint, Vector3<f64>)>);
+
+impl Pose {
+    fn of(skeleton: &Skeleton<Sensor>) -> Self {
+        let place = |(joint, state): (Joint, &posefuse_skeleton::JointState<Sensor>)| {
+            (joint, state.position.vector())
+        };
+        Self(skeleton.iter().map(place).collect())
     }
-    hash | 1
+
+    /// Whether `other` has the same joints at the same places.
+    fn is_repeated_by(&self, other: &Self) -> bool {
+        let same = |(a, b): (&(Joint, Vector3<f64>), &(Joint, Vector3<f64>))| {
+            a.0 == b.0 && (a.1 - b.1).amax() <= REPEAT_M
+        };
+        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(same)
+    }
 }
 
 #[cfg(test)]

@@ -21,18 +21,20 @@ const USUAL_SHARE: f64 = 0.8;
 /// Frame times are held back, or let go, by at most one part in so many of the time that passes.
 const SLEW_PARTS: i64 = 4;
 
-/// What one sensor has delivered.
+/// One frame of a sensor: when it was captured and when it came.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Delivered {
-    newest: Timestamp,
+struct Came {
+    captured: Timestamp,
     received: Timestamp,
 }
 
-/// How a sensor's samples, usable or late, stand to the newest of all.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Pace {
-    newest: Timestamp,
-    received: Timestamp,
+/// What is known of one sensor's frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Heard {
+    /// The latest that came, usable or late.
+    any: Option<Came>,
+    /// The latest that was of use.
+    usable: Option<Came>,
     /// How old its newest sample usually is, against the newest of all, when the next one comes, ns.
     age_ns: f64,
 }
@@ -40,8 +42,8 @@ struct Pace {
 /// Decides frame times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Intake {
-    delivered: Vec<Option<Delivered>>,
-    pace: Vec<Option<Pace>>,
+    /// By the sensors' numbers.
+    heard: Vec<Heard>,
     /// `async`: frames are made so long before the newest capture time, ns.
     held_ns: i64,
     /// Time of the last frame, and when it was made.
@@ -65,35 +67,31 @@ impl Intake {
         now: Timestamp,
         config: &IntakeConfig,
     ) {
-        let index = sensor.index();
-        if self.pace.len() <= index {
-            self.pace.resize(index + 1, None);
-        }
+        self.make_room(sensor);
         let live_ns = ms_to_ns(config.live_ms);
-        let is_live = |pace: &Pace| now.since_ns(pace.received) <= live_ns;
+        let is_live = |came: &Came| now.since_ns(came.received) <= live_ns;
         let (mut newest, mut slowest_ns) = (None, 0.0);
-        for (other, pace) in self.pace.iter().enumerate() {
-            if let Some(pace) = pace.filter(is_live) {
-                newest = newest.max(Some(pace.newest));
-                if other != index {
-                    slowest_ns = f64::max(slowest_ns, pace.age_ns);
+        for (other, heard) in self.heard.iter().enumerate() {
+            if let Some(came) = heard.any.filter(is_live) {
+                newest = newest.max(Some(came.captured));
+                if other != sensor.index() {
+                    slowest_ns = f64::max(slowest_ns, heard.age_ns);
                 }
             }
         }
-        let known = self.pace[index];
-        let mut age_ns = known.map_or(0.0, |pace| pace.age_ns);
-        if let (Some(known), Some(newest)) = (known.filter(is_live), newest) {
-            let age = newest.since_ns(known.newest);
+        let heard = &mut self.heard[sensor.index()];
+        if let (Some(known), Some(newest)) = (heard.any.filter(is_live), newest) {
+            let age = newest.since_ns(known.captured);
             // What is waited for no more, or comes again after a pause, says nothing of what is usual.
             if age <= ms_to_ns(config.max_lag_ms) {
-                age_ns += AGE_GAIN * (age as f64 - age_ns);
+                heard.age_ns += AGE_GAIN * (age as f64 - heard.age_ns);
             }
         }
-        self.pace[index] = Some(Pace {
-            newest: time,
+        heard.any = Some(Came {
+            captured: time,
             received: now,
-            age_ns,
         });
+        let age_ns = heard.age_ns;
         let passed_ns = newest.map_or(0, |newest| time.since_ns(newest).clamp(0, live_ns));
         self.hold_back(f64::max(slowest_ns, age_ns) as i64, passed_ns, config);
     }
@@ -117,12 +115,9 @@ impl Intake {
         now: Timestamp,
         config: &IntakeConfig,
     ) {
-        let index = sensor.index();
-        if self.delivered.len() <= index {
-            self.delivered.resize(index + 1, None);
-        }
-        self.delivered[index] = Some(Delivered {
-            newest: time,
+        self.make_room(sensor);
+        self.heard[sensor.index()].usable = Some(Came {
+            captured: time,
             received: now,
         });
         match config.mode {
@@ -135,6 +130,12 @@ impl Intake {
                 let first = || first_grid_time(time, self.last.map(|(last, _)| last), config);
                 self.grid = self.grid.or_else(|| Some(first()));
             }
+        }
+    }
+
+    fn make_room(&mut self, sensor: SensorId) {
+        if self.heard.len() <= sensor.index() {
+            self.heard.resize(sensor.index() + 1, Heard::default());
         }
     }
 
@@ -196,12 +197,12 @@ impl Intake {
         config: &IntakeConfig,
     ) -> Option<Timestamp> {
         if let Some(deadline) = self.deadline {
-            let newest = self.delivered.iter().flatten().map(|d| d.newest).max()?;
+            let newest = self.usable().map(|came| came.captured).max()?;
             let time = newest.plus_ns(-self.held_ns);
             let last = self.last.map(|(last, _)| last);
             let all_here = self
                 .live(now, config)
-                .all(|d| last.is_none_or(|last| d.newest > last));
+                .all(|came| last.is_none_or(|last| came.captured > last));
             if all_here || now >= deadline {
                 self.deadline = None;
                 self.coasting = false;
@@ -256,7 +257,7 @@ impl Intake {
             self.grid = None;
             return None;
         }
-        let all_passed = live.peek().is_some() && live.all(|d| d.newest >= grid);
+        let all_passed = live.peek().is_some() && live.all(|came| came.captured >= grid);
         drop(live);
         let waited_ns = now.since_ns(grid);
         if !all_passed && waited_ns < ms_to_ns(config.max_wait_ms) {
@@ -269,12 +270,15 @@ impl Intake {
         Some(grid)
     }
 
-    fn live(&self, now: Timestamp, config: &IntakeConfig) -> impl Iterator<Item = &Delivered> {
+    /// Every sensor's latest frame that was of use.
+    fn usable(&self) -> impl Iterator<Item = &Came> {
+        self.heard.iter().filter_map(|heard| heard.usable.as_ref())
+    }
+
+    fn live(&self, now: Timestamp, config: &IntakeConfig) -> impl Iterator<Item = &Came> {
         let live_ns = ms_to_ns(config.live_ms);
-        self.delivered
-            .iter()
-            .flatten()
-            .filter(move |d| now.since_ns(d.received) <= live_ns)
+        self.usable()
+            .filter(move |came| now.since_ns(came.received) <= live_ns)
     }
 }
 

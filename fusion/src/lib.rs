@@ -25,12 +25,15 @@ mod body;
 mod clock;
 mod config;
 mod config_check;
+mod correct;
 mod diagnostics;
 mod engine;
 mod fuse;
 mod gate;
 mod input;
 mod intake;
+mod ledger;
+mod length;
 mod noise;
 mod output;
 mod people;
@@ -43,9 +46,10 @@ pub use clock::ClockEstimate;
 pub use config::{
     AssociateConfig, ClockConfig, Config, FuseConfig, FuseMethod, IntakeConfig, IntakeMode,
 };
-pub use diagnostics::SensorDiagnostics;
+pub use diagnostics::{BodyLabels, SensorDiagnostics};
 pub use engine::Engine;
 pub use input::{ClockSample, Input};
+pub use ledger::Contribution;
 pub use output::{Output, Rejection, RejectionReason};
 pub use snapshot::{BUILD, SnapshotError};
 pub use stages::{BonesConfig, GateConfig, SmoothConfig, SmoothFilter, Stage};

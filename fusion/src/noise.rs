@@ -48,6 +48,50 @@ impl Noise {
         }
     }
 
+    /// `times` the variance in every direction.
+    pub(crate) fn louder(self, times: f64) -> Self {
+        Self {
+            lateral: self.lateral * times,
+            axial: self.axial * times,
+            ..self
+        }
+    }
+
+    /// What the depth image alone lets a joint at `position`, seen from `origin`, be off.
+    pub(crate) fn of_image(position: Vector3<f64>, origin: Vector3<f64>) -> Self {
+        let line = position - origin;
+        let z = line.norm();
+        let ray = if z > 1e-6 { line / z } else { Vector3::z() };
+        let lateral = 1.5 * 0.8 / 585.0 * z;
+        let axial = 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4);
+        Self {
+            ray,
+            lateral: lateral * lateral,
+            axial: axial * axial,
+        }
+    }
+
+    /// By how much the variance of a guess grows where confidence falls below that of a usual guess; `trusted` is what
+    /// makes it none.
+    pub(crate) fn of_guess(confidence: f64, trusted: f64) -> f64 {
+        let sigma_m = guess_sigma(confidence, trusted);
+        f64::max(1.0, sigma_m * sigma_m / (GUESSED_M * GUESSED_M))
+    }
+
+    /// With `variance` (m^2) more in every direction.
+    pub(crate) fn plus(self, variance: f64) -> Self {
+        Self {
+            lateral: self.lateral + variance,
+            axial: self.axial + variance,
+            ..self
+        }
+    }
+
+    /// Mean over the axes, m^2.
+    pub(crate) fn mean_variance(&self) -> f64 {
+        (2.0 * self.lateral + self.axial) / 3.0
+    }
+
     /// Covariance, m^2, room frame.
     pub(crate) fn covariance(&self) -> Matrix3<f64> {
         spread(self.ray, self.lateral, self.axial)

@@ -41,7 +41,7 @@ pub enum RejectionReason {
     Jumped,
     /// The frame was older than one already used, or the same again.
     OutOfOrder,
-    /// The frame repeated the last one's positions bit by bit.
+    /// A body repeated one of its latest poses, under whatever time.
     Repeated,
     /// The agent's clock stepped; frames are held back until it is mapped again.
     ClockStep,

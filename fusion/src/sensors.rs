@@ -9,10 +9,13 @@ use posefuse_skeleton::{
 use serde::{Deserialize, Serialize};
 
 use crate::clock::{ClockFilter, Mapped};
-use crate::config::{ClockConfig, ms_to_ns};
+use crate::config::{ClockConfig, Config, FuseMethod, ms_to_ns};
+use crate::correct::Corrections;
 use crate::diagnostics::{REASONS, reason_index};
 use crate::gate::{Gate, GateConfig, sanitise};
+use crate::ledger::Ledger;
 use crate::people::{Placed, median};
+use crate::stages::Stage;
 use crate::{Rejection, RejectionReason};
 
 /// Frame residuals remembered: 10 s at 30 Hz.
@@ -26,19 +29,21 @@ pub(crate) struct Place {
     pub(crate) room_from_sensor: Transform<Room, Sensor>,
     /// Added to capture times; never positive.
     time_offset_ns: i64,
+    corrections: Corrections,
 }
 
 impl Place {
-    /// Where `calibration` puts the sensor called `name`; `None` where it does not know it, or gives a pose that is
+    /// Where `calibration` puts the sensor; `None` where it does not know it, or gives a pose that is
     /// none. Offsets say how sensors' times stand to each other. Taken so that the largest is 0, none moves a frame
     /// beyond the time at which it came.
-    pub(crate) fn of(calibration: &Calibration, name: &str) -> Option<Self> {
-        let pose = calibration.sensors.get(name)?;
+    pub(crate) fn of(calibration: &Calibration, info: &SensorInfo) -> Option<Self> {
+        let pose = calibration.sensors.get(&info.name)?;
         let offsets = calibration.sensors.values().map(|pose| pose.time_offset_ns);
         let largest_ns = offsets.max().unwrap_or(0);
         pose.room_from_sensor.is_finite().then_some(Self {
             room_from_sensor: pose.room_from_sensor,
             time_offset_ns: pose.time_offset_ns.saturating_sub(largest_ns),
+            corrections: Corrections::of(calibration, info.joint_set),
         })
     }
 }
@@ -59,6 +64,8 @@ pub(crate) struct SensorState {
     last_captured: Option<AgentTime>,
     last_time: Option<Timestamp>,
     residuals: VecDeque<f32>,
+    /// What it contributes to fusing.
+    pub(crate) ledger: Ledger,
 }
 
 impl SensorState {
@@ -76,6 +83,7 @@ impl SensorState {
             last_captured: None,
             last_time: None,
             residuals: VecDeque::new(),
+            ledger: Ledger::default(),
         };
         sensor.put(calibration);
         sensor
@@ -83,7 +91,7 @@ impl SensorState {
 
     /// Looks itself up in `calibration`; whether it now stands elsewhere.
     pub(crate) fn put(&mut self, calibration: Option<&Calibration>) -> bool {
-        let place = calibration.and_then(|c| Place::of(c, &self.info.name));
+        let place = calibration.and_then(|c| Place::of(c, &self.info));
         let moved = place != self.place;
         if moved {
             self.residuals.clear();
@@ -136,7 +144,7 @@ impl SensorState {
         observation: &mut Observation,
         time: Timestamp,
         place: &Place,
-        gate: Option<&GateConfig>,
+        config: &Config,
         placed: &mut Vec<Placed>,
         reject: &mut dyn FnMut(Rejection),
     ) -> bool {
@@ -146,6 +154,9 @@ impl SensorState {
             reason,
             joint,
         };
+        // The mean is Menard's (2014), who takes joints where the trackers report them.
+        let rays = config.fuse.method != FuseMethod::Average;
+        let gate = gate(&config.stages);
         placed.clear();
         let mut fresh = observation.bodies.is_empty();
         if observation.bodies.len() > Observation::MAX_BODIES {
@@ -165,6 +176,7 @@ impl SensorState {
                 continue;
             }
             fresh = true;
+            place.corrections.apply(&mut body.skeleton, rays);
             let mut there = Placed {
                 tracking_id: body.tracking_id,
                 ..Placed::default()
@@ -199,4 +211,12 @@ impl SensorState {
         let mut values: Vec<f64> = self.residuals.iter().map(|v| f64::from(*v)).collect();
         median(&mut values)
     }
+}
+
+/// The gate's settings, if it is on.
+fn gate(stages: &[Stage]) -> Option<&GateConfig> {
+    stages.iter().find_map(|stage| match stage {
+        Stage::Gate(gate) if gate.enabled => Some(gate),
+        _ => None,
+    })
 }

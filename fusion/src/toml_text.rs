@@ -143,7 +143,7 @@ mod tests {
         let error = parse_toml::<Config>("[fuse]\n\nmethud = \"average\"\n").unwrap_err();
         assert_eq!(
             error.to_string(),
-            "line 3: unknown key `methud`; did you mean `method`?; known here: method, min_confidence, swaps"
+            "line 3: unknown key `methud`; did you mean `method`?; known here: method, look_ahead, min_confidence, swaps"
         );
         let error =
             parse_toml::<Config>("[[stages]]\nkind = \"smooth\"\nfiltr = \"holt\"\n").unwrap_err();

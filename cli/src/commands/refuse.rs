@@ -28,6 +28,9 @@ pub(crate) struct RefuseArgs {
     /// Another calibration, e.g. from `posefuse calibrate --from TAKE --out FILE`
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
+    /// Smooth every frame by what came after it (fusing method `kalman`): what only a recording allows
+    #[arg(long)]
+    smooth: bool,
     /// The new take's name [default: the old one's with -refused]
     #[arg(long, value_name = "NAME")]
     out: Option<String>,
@@ -64,6 +67,7 @@ pub(crate) fn run(args: &RefuseArgs, global: &Global) -> anyhow::Result<Outcome>
             .map(read_calibration)
             .transpose()?,
         build: posefuse_server::BUILD.to_owned(),
+        smooth: args.smooth,
         name: args.out.clone(),
     };
     // Says what can be done about a take that cannot be read.
@@ -173,7 +177,7 @@ fn tell(report: &RefuseReport, located: &Located, args: &RefuseArgs) -> anyhow::
             first.after + 1
         ))?,
     }
-    let changed = args.config.is_some() || args.calibration.is_some();
+    let changed = args.config.is_some() || args.calibration.is_some() || args.smooth;
     if !changed && !report.identical {
         output::warn(if report.from_snapshot {
             "with the same settings and build every frame should be the same; please report this take"

@@ -1,9 +1,10 @@
 //! Several sensors' sightings of one joint become one estimate.
 //!
-//! `average` and `weighted` are pure functions of the sightings; a method with a memory of its own would keep it
-//! in the track beside [`crate::people`]'s pose, fed where the track takes its samples.
+//! `average` and `weighted` are pure functions of the sightings, moved to the frame's time; [`kalman`] has a memory of
+//! its own, which a track keeps, and takes each sample at its own time.
 
 mod average;
+pub(crate) mod kalman;
 mod weighted;
 
 use nalgebra::{Matrix3, Vector3};
@@ -34,11 +35,13 @@ pub(crate) struct Fused {
     pub(crate) provenance: Provenance,
 }
 
-/// `None` without sightings.
+/// What the sightings say by themselves, by a method without a memory; `None` without sightings.
 pub(crate) fn fuse(sightings: &[Sighting], config: &FuseConfig) -> Option<Fused> {
     match config.method {
         FuseMethod::Average => average::average(sightings, config.min_confidence),
-        FuseMethod::Weighted => weighted::weighted(sightings, config.min_confidence),
+        FuseMethod::Weighted | FuseMethod::Kalman => {
+            weighted::weighted(sightings, config.min_confidence)
+        }
     }
 }
 

@@ -103,7 +103,7 @@ fn a_joint_that_jumps_about_is_never_locked_out_for_good() {
 }
 
 #[test]
-fn the_same_body_bit_by_bit_is_a_repeat() {
+fn a_pose_given_again_is_a_repeat_whatever_its_rounding() {
     let mut gate = Gate::default();
     let joints = [
         (Joint::Head, [0.1, 0.2, 2.0]),
@@ -113,8 +113,16 @@ fn the_same_body_bit_by_bit_is_a_repeat() {
     let (left, reasons) = pass(&mut gate, &joints, 33);
     assert!(left.is_none());
     assert_eq!(reasons, [RejectionReason::Repeated]);
-    let moved = [(Joint::Head, [0.1, 0.2, 2.0000001]), joints[1]];
+    let moved = [(Joint::Head, [0.1, 0.2, 2.0005]), joints[1]];
     assert!(pass(&mut gate, &moved, 66).0.is_some());
+    // An older one again, through a text file of five digits, under a new time.
+    let rounded = [(Joint::Head, [0.10001, 0.2, 1.99999]), joints[1]];
+    assert_eq!(
+        pass(&mut gate, &rounded, 100).1,
+        [RejectionReason::Repeated]
+    );
+    let fewer = [joints[0]];
+    assert!(pass(&mut gate, &fewer, 133).0.is_some());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use posefuse_skeleton::{JOINT_COUNT, Joint, Provenance, SensorId, SensorSet, Timestamp};
 
 use super::cost::distance;
-use super::swap::{facing_cues, mirrored_halves};
+use super::swap::{SwapOdds, facing_cues};
 use super::track::{JointEstimate, Sample, TrackState};
 use super::{People, Placed, Scratch};
 use crate::Config;
@@ -17,8 +17,12 @@ const NEVER: f64 = 1e6;
 /// A candidate counts as this much further away than a person, metres.
 const CANDIDATE_HANDICAP_M: f64 = 0.05;
 /// The gate widens by this much per second without sight, up to the limit.
-const GATE_GROWTH_MPS: f64 = 0.8;
-const GATE_GROWTH_LIMIT_M: f64 = 0.8;
+const GATE_GROWTH_MPS: f64 = 1.2;
+const GATE_GROWTH_LIMIT_M: f64 = 1.5;
+/// Distances up to this share of the gate count as they are, however wide it has become.
+const NEAR: f64 = 0.6;
+/// After this long out of everybody's sight, where a person is and their sides are found out anew, ns.
+const POSE_MEMORY_NS: i64 = 400_000_000;
 /// A body of fewer joints does not begin a track.
 const MIN_JOINTS: usize = 6;
 /// Candidates beyond the people that are followed.
@@ -148,7 +152,16 @@ fn cost(
     } else {
         0.0
     };
-    distance + handicap - bonus - growth
+    within_gate(distance, growth, config.gate_m) + handicap - bonus
+}
+
+/// `distance` brought from the widened gate into the gate, so that nobody who was lost is preferred to somebody nearer.
+fn within_gate(distance: f64, growth: f64, gate: f64) -> f64 {
+    let near = NEAR * gate;
+    if distance <= near {
+        return distance;
+    }
+    near + (distance - near) * (gate - near) / (gate + growth - near)
 }
 
 impl TrackState {
@@ -162,7 +175,13 @@ impl TrackState {
         predicted: &Body,
         config: &Config,
     ) {
-        let walk = self.walk();
+        let lost = time.since_ns(self.last_seen) > POSE_MEMORY_NS;
+        if lost {
+            // Wherever they were, and whichever way they faced: they begin anew where they come back.
+            self.uproot();
+            self.facing = [0.0; 2];
+        }
+        let (walk, anew) = (self.walk(), self.is_nowhere());
         let source = self.source_mut(sensor, placed.tracking_id);
         if source.tracking_id != placed.tracking_id {
             source.tracking_id = placed.tracking_id;
@@ -172,7 +191,13 @@ impl TrackState {
         if config.fuse.swaps {
             source.facing_cue = facing_cues(&body, origin, walk);
             let was = source.mirrored;
-            source.mirrored = mirrored_halves(&body, predicted, was);
+            if anew {
+                source.swap = SwapOdds::first(source.facing_cue);
+                source.mirrored = source.swap.mirrored();
+            } else {
+                let elapsed_s = source.newest().map_or(1.0, |last| time.since_seconds(last));
+                source.mirrored = source.swap.weigh(&body, predicted, origin, elapsed_s);
+            }
             if source.mirrored != was {
                 // Samples are never interpolated across a change of mind that may be wrong.
                 source.samples.clear();

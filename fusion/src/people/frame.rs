@@ -2,13 +2,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 use posefuse_skeleton::{
-    Confidence, JOINT_COUNT, Joint, JointState, Position, Provenance, SensorId, SensorSet,
-    Skeleton, Timestamp, Track, TrackId,
+    Confidence, JOINT_COUNT, Joint, JointState, Position, Provenance, RoomFrame, SensorId,
+    SensorSet, Skeleton, Timestamp, Track,
 };
 
-use super::track::JointEstimate;
-use super::{Origins, People, TrackState, VELOCITY_DECAY_S, View, median};
-use crate::Config;
+use super::track::{JointEstimate, Source};
+use super::{Origins, People, Scratch, TrackState, VELOCITY_DECAY_S, View, median};
+use crate::config::{Config, FuseMethod};
 use crate::fuse::{Sighting, fuse};
 
 /// Share of a prediction's error that goes into velocity.
@@ -35,22 +35,26 @@ impl People {
         mut residual: impl FnMut(SensorId, f64),
     ) -> Vec<Track> {
         self.expire(time, &config.associate);
+        self.scratch.parts.clear();
         for track in &mut self.tracks {
             let elapsed_s = time.since_seconds(track.pose_time).max(0.0);
             let weigh = track.weigh_facing(elapsed_s);
-            track.fuse_at(
-                time,
-                origins,
-                config,
-                &mut self.scratch.sightings,
-                &mut residual,
-            );
+            let scratch = &mut self.scratch;
+            match config.fuse.method {
+                FuseMethod::Kalman => {
+                    track.filter_to(time, origins, config, scratch);
+                }
+                FuseMethod::Average | FuseMethod::Weighted => {
+                    track.fuse_at(time, origins, config, &mut scratch.sightings);
+                }
+            }
+            track.report_residuals(time, origins, config, &mut residual);
             if config.fuse.swaps && weigh && track.settle_facing(time) {
                 self.flipped.extend(track.id);
             }
         }
         self.merge(time, &config.associate);
-        self.give_ids(&config.associate);
+        self.give_ids(time, &config.associate);
         let show_ns = config.associate.show_ns();
         let mut shown: Vec<Track> = self
             .tracks
@@ -62,15 +66,29 @@ impl People {
         shown
     }
 
-    /// Candidates that were seen often enough become people.
-    fn give_ids(&mut self, config: &crate::config::AssociateConfig) {
-        let mut people = self.tracks.iter().filter(|t| t.id.is_some()).count();
-        for track in &mut self.tracks {
-            if track.id.is_none() && track.hits >= config.birth_hits && people < config.max_people {
-                self.next_id += 1;
-                track.id = Some(TrackId(self.next_id));
-                people += 1;
-            }
+    /// Puts the joints of earlier `frames` (oldest first) where they look to have been by now.
+    pub(crate) fn look_back(&self, frames: &mut [RoomFrame]) {
+        let (Some(oldest), Some(newest)) = (frames.first(), frames.last()) else {
+            return;
+        };
+        let span = oldest.time..=newest.time;
+        for track in &self.tracks {
+            let Some(id) = track.id else {
+                continue;
+            };
+            track
+                .filter
+                .look_back(&span, |time, joint, place, covariance| {
+                    let frame = frames.binary_search_by_key(&time, |frame| frame.time);
+                    let shown = frame.ok().and_then(|at| {
+                        let mut tracks = frames[at].tracks.iter_mut();
+                        tracks.find(|shown| shown.id == id)
+                    });
+                    if let Some(state) = shown.and_then(|shown| shown.skeleton[joint].as_mut()) {
+                        state.position = Position::from_vector(place);
+                        state.covariance = covariance;
+                    }
+                });
         }
     }
 }
@@ -105,28 +123,17 @@ impl TrackState {
         origins: &Origins,
         config: &Config,
         sightings: &mut Vec<Sighting>,
-        residual: &mut impl FnMut(SensorId, f64),
     ) {
         let elapsed_s = time.since_seconds(self.pose_time);
         let max_age_ns = config.intake.max_age_ns();
         let Self { sources, pose, .. } = self;
-        let seen: Vec<Seen> = sources
-            .iter()
-            .filter_map(|s| {
-                Some((
-                    s.sensor,
-                    origins[s.sensor.index()]?,
-                    s.view(time, max_age_ns)?,
-                ))
-            })
-            .collect();
-        let mut velocity = [Vector3::zeros(); JOINT_COUNT];
+        let seen: Vec<Seen> = views(sources, time, origins, max_age_ns).collect();
         let mut used = SensorSet::EMPTY;
         for (index, known) in pose.iter_mut().enumerate() {
-            velocity[index] = known.as_ref().map_or_else(Vector3::zeros, |k| k.velocity);
+            let velocity = known.as_ref().map_or_else(Vector3::zeros, |k| k.velocity);
             sightings.clear();
             sightings.extend(seen.iter().filter_map(|(sensor, origin, view)| {
-                let (position, confidence, age_s) = view.joint(index, velocity[index])?;
+                let (position, confidence, age_s) = view.joint(index, velocity)?;
                 Some(Sighting {
                     sensor: *sensor,
                     position,
@@ -152,10 +159,55 @@ impl TrackState {
                 }
             };
         }
-        report_residuals(&seen, pose, &velocity, config.fuse.min_confidence, residual);
         self.sensors = used;
         self.pose_time = time;
     }
+
+    /// Each sensor's median distance to the pose, trusted joints only.
+    fn report_residuals(
+        &self,
+        time: Timestamp,
+        origins: &Origins,
+        config: &Config,
+        residual: &mut impl FnMut(SensorId, f64),
+    ) {
+        let max_age_ns = config.intake.max_age_ns();
+        for (sensor, _, view) in views(&self.sources, time, origins, max_age_ns) {
+            let mut distances = [0.0; JOINT_COUNT];
+            let mut count = 0;
+            for (index, known) in self.pose.iter().enumerate() {
+                let Some(known) = known else {
+                    continue;
+                };
+                let seen = view.joint(index, known.velocity);
+                if let Some((position, confidence, _)) = seen
+                    && confidence >= config.fuse.min_confidence
+                {
+                    distances[count] = (position - known.position).norm();
+                    count += 1;
+                }
+            }
+            if let Some(median) = median(&mut distances[..count]) {
+                residual(sensor, median);
+            }
+        }
+    }
+}
+
+/// Each source's view at `time`, where the sensor's place is known.
+fn views<'a>(
+    sources: &'a [Source],
+    time: Timestamp,
+    origins: &'a Origins,
+    max_age_ns: i64,
+) -> impl Iterator<Item = Seen<'a>> {
+    sources.iter().filter_map(move |source| {
+        Some((
+            source.sensor,
+            origins[source.sensor.index()]?,
+            source.view(time, max_age_ns)?,
+        ))
+    })
 }
 
 /// The velocity after a joint was found at `position`; its pose had been carried on for `elapsed_s`.
@@ -199,33 +251,5 @@ fn coast(known: JointEstimate, time: Timestamp, elapsed_s: f64, show_ns: i64) ->
         confidence: known.confidence * (-elapsed_s / COAST_CONFIDENCE_S).exp(),
         provenance: Provenance::Predicted(SensorSet::EMPTY),
         seen: known.seen,
-    }
-}
-
-/// Each sensor's median distance to the fused joints, trusted sightings only.
-fn report_residuals(
-    seen: &[Seen],
-    pose: &[Option<JointEstimate>; JOINT_COUNT],
-    velocity: &[Vector3<f64>; JOINT_COUNT],
-    trusted: f64,
-    residual: &mut impl FnMut(SensorId, f64),
-) {
-    for (sensor, _, view) in seen {
-        let mut distances = [0.0; JOINT_COUNT];
-        let mut count = 0;
-        for index in 0..JOINT_COUNT {
-            let (Some(known), Some((position, confidence, _))) =
-                (&pose[index], view.joint(index, velocity[index]))
-            else {
-                continue;
-            };
-            if confidence >= trusted {
-                distances[count] = (position - known.position).norm();
-                count += 1;
-            }
-        }
-        if let Some(median) = median(&mut distances[..count]) {
-            residual(*sensor, median);
-        }
     }
 }

@@ -1,12 +1,15 @@
 //! Who is in the room: bodies become tracks (`assign`), tracks become a frame (`frame`), doubles become one (`merge`).
 
 mod assign;
+mod birth;
 mod compare;
 mod cost;
+mod estimate;
 mod facing;
 mod frame;
 mod hungarian;
 mod merge;
+mod reflection;
 mod swap;
 mod track;
 
@@ -19,6 +22,7 @@ use serde::{Deserialize, Serialize};
 use crate::body::Body;
 use crate::config::AssociateConfig;
 use crate::fuse::Sighting;
+use crate::fuse::kalman::Part;
 use hungarian::Hungarian;
 use track::{TrackState, View};
 
@@ -47,6 +51,9 @@ pub(crate) struct People {
     next_id: u64,
     /// For how many frames two tracks, by key, have coincided.
     close: BTreeMap<(u64, u64), u32>,
+    births: birth::Births,
+    /// Each sensor's last look, by its number.
+    eyes: Vec<Option<birth::Eye>>,
     /// People whose left and right were found exchanged since this was last taken.
     flipped: Vec<TrackId>,
     #[serde(skip)]
@@ -62,6 +69,10 @@ struct Scratch {
     /// For each body the track it belongs to.
     chosen: Vec<Option<usize>>,
     sightings: Vec<Sighting>,
+    filter: crate::fuse::kalman::Scratch,
+    parts: Vec<Part>,
+    /// Frames that filters remember, where that is more than the configuration wants.
+    remembered: usize,
 }
 
 impl People {
@@ -83,6 +94,16 @@ impl People {
         std::mem::take(&mut self.flipped)
     }
 
+    /// From now on filters remember at least `frames` frames.
+    pub(crate) fn remember(&mut self, frames: usize) {
+        self.scratch.remembered = frames;
+    }
+
+    /// What part each sensor had in the last frame.
+    pub(crate) fn parts(&self) -> &[Part] {
+        &self.scratch.parts
+    }
+
     /// The sensors' places have changed: who they are stays known, where they are does not.
     pub(crate) fn uproot(&mut self) {
         self.tracks.iter_mut().for_each(TrackState::uproot);
@@ -92,6 +113,7 @@ impl People {
     pub(crate) fn forget_sensor(&mut self, sensor: SensorId) {
         for track in &mut self.tracks {
             track.sources.retain(|source| source.sensor != sensor);
+            track.filter.forget_sensor(sensor);
         }
     }
 

@@ -8,7 +8,9 @@ use nalgebra::{Matrix3, Vector3};
 use posefuse_skeleton::{JOINT_COUNT, Provenance, SensorId, SensorSet, Timestamp, TrackId};
 use serde::{Deserialize, Serialize};
 
+use super::swap::SwapOdds;
 use crate::body::{Body, Halves, pairs};
+use crate::fuse::kalman::PersonFilter;
 
 /// Samples kept per sensor: so many, and up to so many while frames are held back and have not come to them.
 const MIN_SAMPLES: usize = 6;
@@ -50,10 +52,14 @@ pub(crate) struct Source {
     pub(crate) tracking_id: u64,
     /// Whether its left and right were exchanged in its latest sample.
     pub(crate) mirrored: Halves<bool>,
+    /// How sure that is.
+    pub(crate) swap: SwapOdds,
     /// How well its own labels agree with feet, knees, walk and view, -1..=1, latest sample.
     pub(crate) facing_cue: Halves<f64>,
     /// Oldest first.
     pub(crate) samples: VecDeque<Sample>,
+    /// Time of the newest sample that went into the track's filter.
+    pub(crate) taken: Option<Timestamp>,
 }
 
 /// A person, or what may become one.
@@ -69,6 +75,8 @@ pub(crate) struct TrackState {
     /// The time `pose` belongs to.
     pub(crate) pose_time: Timestamp,
     pub(crate) pose: [Option<JointEstimate>; JOINT_COUNT],
+    /// What lies behind `pose`, for the method that has a memory.
+    pub(crate) filter: PersonFilter,
     /// In order of sensors, so that sums are.
     pub(crate) sources: Vec<Source>,
     /// Integrated evidence that left and right are right, seconds of full agreement.
@@ -176,6 +184,7 @@ impl TrackState {
             last_seen: time,
             pose_time: time,
             pose: [None; JOINT_COUNT],
+            filter: PersonFilter::default(),
             sources: Vec::new(),
             facing: [0.0; 2],
             sensors: SensorSet::EMPTY,
@@ -227,8 +236,10 @@ impl TrackState {
                         sensor,
                         tracking_id,
                         mirrored: [false; 2],
+                        swap: SwapOdds::default(),
                         facing_cue: [0.0; 2],
                         samples: VecDeque::with_capacity(MIN_SAMPLES),
+                        taken: None,
                     },
                 );
                 index
@@ -251,7 +262,9 @@ impl TrackState {
         for (left, right) in pairs(halves) {
             self.pose.swap(left, right);
         }
+        self.filter.mirror(halves);
         for source in &mut self.sources {
+            source.swap.flip(halves);
             for sample in &mut source.samples {
                 sample.body.mirror(halves);
             }
@@ -267,6 +280,7 @@ impl TrackState {
     /// Forgets where the person is, but not who: for when the sensors were moved.
     pub(crate) fn uproot(&mut self) {
         self.pose = [None; JOINT_COUNT];
+        self.filter = PersonFilter::default();
         self.sensors = SensorSet::EMPTY;
         for source in &mut self.sources {
             source.samples.clear();

@@ -13,14 +13,7 @@ use posefuse_skeleton::{
 use serde::{Deserialize, Serialize};
 
 use crate::config_check::Checker;
-
-/// First and last step of the running median, metres.
-const FIRST_STEP_M: f64 = 0.02;
-const LAST_STEP_M: f64 = 0.0005;
-/// Measurements before a length is used.
-const MIN_MEASURED: u32 = 30;
-/// No bone of a person is longer, metres.
-const MAX_BONE_M: f64 = 0.9;
+use crate::length::Length;
 
 /// `kind = "bones"`: draws bones softly to the person's own lengths.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,30 +54,6 @@ impl BonesConfig {
 pub(super) struct Bones {
     config: BonesConfig,
     people: BTreeMap<TrackId, [Length; BONES.len()]>,
-}
-
-/// A running median.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Length {
-    median_m: f64,
-    measured: u32,
-}
-
-impl Length {
-    fn learn(&mut self, length_m: f64) {
-        if self.measured == 0 {
-            self.median_m = length_m;
-        } else {
-            let step = (FIRST_STEP_M / f64::from(self.measured)).max(LAST_STEP_M);
-            let error = length_m - self.median_m;
-            self.median_m += error.clamp(-step, step);
-        }
-        self.measured = self.measured.saturating_add(1);
-    }
-
-    fn known(&self) -> Option<f64> {
-        (self.measured >= MIN_MEASURED).then_some(self.median_m)
-    }
 }
 
 impl Bones {
@@ -128,10 +97,7 @@ fn learn(skeleton: &Skeleton<Room>, parent: Joint, child: Joint, length: &mut Le
         && measured(a)
         && measured(b)
     {
-        let length_m = a.position.distance(b.position);
-        if length_m < MAX_BONE_M {
-            length.learn(length_m);
-        }
+        length.learn(a.position.distance(b.position));
     }
 }
 

@@ -32,12 +32,16 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// What ships.
+    /// What ships. Smoothing is off: `kalman` looks ahead itself, and no filter does well behind another.
     pub fn shipped() -> Vec<Self> {
+        let smooth = SmoothConfig {
+            enabled: false,
+            ..SmoothConfig::default()
+        };
         vec![
             Self::Gate(GateConfig::default()),
             Self::Bones(BonesConfig::default()),
-            Self::Smooth(SmoothConfig::default()),
+            Self::Smooth(smooth),
         ]
     }
 

@@ -165,11 +165,13 @@ fn look_aheads_add_up_and_a_switched_off_stage_has_none() {
     for i in 0..10 {
         pipeline.push(frame(i, &[(1, head(1.0))]), &mut |_| given += 1);
     }
-    assert_eq!(given, 6);
+    assert_eq!(given, 7, "the stages' own look-ahead only");
     config
         .stages
         .iter_mut()
         .for_each(|stage| stage.set_enabled(false));
+    assert_eq!(config.look_ahead_frames(), 1, "fusing's own");
+    config.fuse.look_ahead = 0;
     assert_eq!(config.look_ahead_frames(), 0);
 }
 

@@ -2,12 +2,14 @@
 
 #![allow(dead_code, clippy::unwrap_used)]
 
+pub(crate) mod judge;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use posefuse_fusion::{ClockSample, Config, Engine, Input, Output, Rejection};
 use posefuse_evaluate::compare;
-use posefuse_simulator::{Scenario, SimFrame, SimSensor, World};
+use posefuse_fusion::{ClockSample, Config, Engine, Input, Output, Rejection};
+use posefuse_simulator::{BodyTruth, Scenario, SimFrame, SimSensor, World};
 use posefuse_skeleton::{
     Body, Joint, JointSet, JointState, Observation, RoomFrame, SensorId, SensorInfo, Skeleton,
     Timestamp,
@@ -77,6 +79,15 @@ pub(crate) fn observation(frame: &SimFrame, index: usize, received: Timestamp) -
 /// Everything that reaches the engine in `seconds` of `world`, in order of arrival: greetings, calibration, clock
 /// probes with uneven delays, frames with their own delays. Ticks are left to [`drive`].
 pub(crate) fn inputs(world: &Arc<World>, seconds: f64) -> Vec<(Timestamp, Input)> {
+    inputs_and_truth(world, seconds, &mut |_, _, _| {})
+}
+
+/// The same; `truth` is told of every frame that arrives, with the number of its sensor, what is true of its bodies.
+pub(crate) fn inputs_and_truth(
+    world: &Arc<World>,
+    seconds: f64,
+    truth: &mut dyn FnMut(usize, &SimFrame, &[BodyTruth]),
+) -> Vec<(Timestamp, Input)> {
     let start = Timestamp::from_ns(START_NS);
     let end_ns = (seconds * 1e9) as i64;
     let mut dice = Dice(world.scenario().seed);
@@ -104,6 +115,7 @@ pub(crate) fn inputs(world: &Arc<World>, seconds: f64) -> Vec<(Timestamp, Input)
             let network_ns = 300_000 + (dice.roll() * 700_000.0) as i64;
             let received = start.plus_ns(frame.at_ns + frame.arrival_delay_ns + network_ns);
             if !frame.dropped {
+                truth(index, &frame, sensor.truth());
                 events.push((
                     received,
                     Input::Observation(observation(&frame, index, received)),

@@ -25,6 +25,8 @@ use crate::{
 const FLUSH_EVERY_NS: i64 = 30_000_000_000;
 /// Inputs between two reports of progress.
 const PROGRESS_EVERY: u64 = 512;
+/// Smoothing goes back over so many frames at a time, and no frame is smoothed by less: 3 s at 30 Hz.
+const SMOOTH_FRAMES: usize = 90;
 
 /// How to fuse again.
 #[derive(Clone, Debug, Default)]
@@ -35,6 +37,9 @@ pub struct RefuseOptions {
     pub calibration: Option<Calibration>,
     /// This build; the take's snapshot is used only if the same build made it.
     pub build: String,
+    /// Every frame is smoothed by what came after it, as far as the filter of `kalman` reaches; other methods have
+    /// nothing to smooth with.
+    pub smooth: bool,
     /// The new take's name; default: the old one's with `-refused`, numbered if that exists.
     pub name: Option<String>,
 }
@@ -89,7 +94,10 @@ pub fn refuse(
     progress: &mut dyn FnMut(RefuseProgress),
 ) -> Result<RefuseReport> {
     let old = TakeReader::open(&**storage, name)?;
-    let (plan, engine) = Plan::new(&old, options)?;
+    let (plan, mut engine) = Plan::new(&old, options)?;
+    if options.smooth {
+        engine.smooth_over(SMOOTH_FRAMES);
+    }
     let new_name = match &options.name {
         Some(name) => name.clone(),
         None => Catalogue::unused_name(&**storage, &format!("{name}-refused"))?,
@@ -115,7 +123,7 @@ pub fn refuse(
     };
     let writer = TakeWriter::draft(storage, header, &plan.preamble, snapshot, writer_options)?;
     // With other settings other frames are expected, and none is missed.
-    let may_lack = match plan.own_ticks {
+    let may_lack = match plan.own_ticks || options.smooth {
         true => 0,
         false => old.info().dropped_outputs,
     };
@@ -123,6 +131,7 @@ pub fn refuse(
         engine,
         writer,
         comparison: Comparison::with(old.entries(&[Topic::Frames], None), may_lack),
+        smooth: options.smooth,
         inputs: 0,
     };
     run.all(&old, &plan, progress).map_err(not_made)
@@ -132,6 +141,7 @@ struct Run {
     engine: Engine,
     writer: TakeWriter,
     comparison: Comparison,
+    smooth: bool,
     inputs: u64,
 }
 
@@ -164,6 +174,10 @@ impl Run {
             }
         }
         progress(RefuseProgress { done: total, total });
+        if self.smooth {
+            self.engine.finish();
+            self.drain()?;
+        }
         // What the old take's events do not tell of.
         let told = self.writer.info().dropped;
         self.writer.dropped(old.info().dropped.saturating_sub(told));
