@@ -13,15 +13,21 @@ const DRIFT: f64 = 50e-6;
 /// 15 +- 6 mm that trackers of skin and joints differ by.
 const RAY_COMMON_M: f64 = 0.03;
 const RAY_JOINT_M: f64 = 0.006;
-/// What a sensor adds of its own, per axis, metres.
-const OWN_M: f64 = 0.004;
+/// What a sensor adds of its own, per axis, metres: to begin with, and the range of what is learnt of it.
+pub(crate) const OWN_M: f64 = 0.004;
+pub(crate) const OWN_RANGE_M: [f64; 2] = [0.001, 0.03];
 /// How far joint sets' ideas of a joint lie apart, per axis, metres.
 const DEFINITION_M: f64 = 0.06;
 /// What is held.
 const HELD: f64 = 1e12;
 
 /// The costs of what `unknowns` are now.
-pub(crate) fn beliefs(layout: Layout, unknowns: &Unknowns, setting: &Setting) -> Beliefs {
+pub(crate) fn beliefs(
+    layout: Layout,
+    unknowns: &Unknowns,
+    setting: &Setting,
+    own_m: f64,
+) -> Beliefs {
     let size = layout.shared();
     let mut normal = DMatrix::zeros(size, size);
     let mut gradient = DVector::zeros(size);
@@ -48,7 +54,7 @@ pub(crate) fn beliefs(layout: Layout, unknowns: &Unknowns, setting: &Setting) ->
         normal,
         gradient,
         own: (0..JOINT_COUNT)
-            .map(|joint| of_joint(joint, layout, unknowns, setting))
+            .map(|joint| of_joint(joint, layout, unknowns, setting, own_m))
             .collect(),
     }
 }
@@ -59,6 +65,7 @@ fn of_joint(
     layout: Layout,
     unknowns: &Unknowns,
     setting: &Setting,
+    own_m: f64,
 ) -> (DVector<f64>, DVector<f64>) {
     let size = 3 * (layout.sensors + layout.definitions);
     let mut belief = DVector::zeros(size);
@@ -74,7 +81,7 @@ fn of_joint(
         }
     };
     for (sensor, offsets) in unknowns.own.iter().enumerate() {
-        put(3 * sensor, &offsets[joint], OWN_M.powi(-2), false);
+        put(3 * sensor, &offsets[joint], own_m.powi(-2), false);
     }
     for (set, offsets) in unknowns.definitions.iter().enumerate() {
         let first = 3 * (layout.sensors + set);

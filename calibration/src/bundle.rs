@@ -16,7 +16,7 @@
 use nalgebra::{Isometry3, Matrix3, SMatrix, Translation3, UnitQuaternion, Vector3};
 use posefuse_skeleton::{JOINT_COUNT, Joint, local_axes_within, trunk_axes};
 
-use crate::beliefs::beliefs;
+use crate::beliefs::{OWN_M, OWN_RANGE_M, beliefs};
 use crate::graph::Placed;
 use crate::noise;
 use crate::normal::{JointSystem, Layout, PER_SENSOR, PER_SIGHT, Reduced, Sight, Step};
@@ -26,12 +26,12 @@ use crate::tracks::{Pose, SensorTracks};
 
 /// Most rounds, and the largest step (m, rad) below which it is settled.
 const MAX_ROUNDS: usize = 24;
-const SETTLED: f64 = 3e-6;
+const SETTLED: f64 = 2e-5;
 /// Rounds before which bodies and labels are matched anew.
 const RELABELLED: [usize; 5] = [0, 1, 3, 6, 10];
-/// Until this round every third instant has to do.
-const SPARSE_UNTIL: usize = 6;
-const SPARSE: usize = 3;
+/// Until this round every fourth instant has to do.
+const SPARSE_UNTIL: usize = 10;
+const SPARSE: usize = 4;
 /// Robust scale squared, in variances: wide at first, then tighter, the last for good.
 const SCALES: [f64; 6] = [36.0, 36.0, 36.0, 25.0, 16.0, 9.0];
 /// Rounds of weighting and averaging one joint's sights.
@@ -45,6 +45,10 @@ const NOISE_RANGE: [f64; 2] = [0.1, 1e4];
 const STRETCH_S: f64 = 2.0;
 /// How many samples say as much as one independent one: to begin with.
 const REPEATS: f64 = 5.0;
+/// Least believable of [`Round::bend`].
+const MIN_BEND: f64 = 0.3;
+/// Round from which that and the size of own offsets are learnt.
+const LEARNT_FROM: usize = 5;
 
 /// What is estimated, and of whom.
 #[derive(Clone, Debug)]
@@ -118,6 +122,8 @@ struct Round {
     systems: Vec<JointSystem>,
     samples: Vec<u64>,
     definition_samples: Vec<[u64; JOINT_COUNT]>,
+    /// How much less the robust cost bends than its weights say: a distance that grows loses weight.
+    bend: f64,
 }
 
 /// Improves `placed` at these instants.
@@ -138,6 +144,7 @@ pub(crate) fn bundle(
     let sparse: Vec<f64> = times.iter().copied().step_by(SPARSE).collect();
     let mut who: Vec<Person> = Vec::new();
     let mut repeats = REPEATS;
+    let mut own_m = OWN_M;
     let mut result = Bundled {
         unknowns: unknowns.clone(),
         samples: vec![0; sensors.len()],
@@ -163,7 +170,7 @@ pub(crate) fn bundle(
             linear.round(&mut noise, scale);
         }
         let made = linear.round(&mut noise, scale);
-        let beliefs = beliefs(layout, &unknowns, setting);
+        let beliefs = beliefs(layout, &unknowns, setting, own_m);
         let held = held(layout, setting);
         let Some(reduced) = Reduced::new(&made.systems, &beliefs, layout, repeats, held) else {
             break;
@@ -173,10 +180,16 @@ pub(crate) fn bundle(
         result.samples = made.samples;
         result.definition_samples = made.definition_samples;
         let settled = round > RELABELLED[4] && size < SETTLED;
-        if round >= SPARSE_UNTIL {
-            repeats = reduced
-                .repeats(&made.systems)
-                .map_or(repeats, |r| r.clamp(1.0, 100.0));
+        if round >= LEARNT_FROM {
+            // Where the cost bends less than its weights say, less is known by its square.
+            let bend = made.bend.clamp(MIN_BEND, 1.0);
+            let found = reduced.repeats(&made.systems).map(|r| r / (bend * bend));
+            repeats = found.map_or(repeats, |r| r.clamp(1.0, 100.0));
+            let [least, most] = OWN_RANGE_M;
+            own_m = reduced
+                .own_variance(&unknowns.own)
+                .sqrt()
+                .clamp(least, most);
         }
         if settled || round + 1 == MAX_ROUNDS {
             result.covariance = reduced.covariance();
@@ -224,6 +237,7 @@ impl Linear<'_> {
         let mut samples = vec![0; self.layout.sensors];
         let mut definition_samples = vec![[0; JOINT_COUNT]; self.layout.definitions];
         let mut squares: Vec<(usize, usize, f64)> = Vec::new();
+        let (mut bend, mut weight) = (0.0, 0.0);
         let (mut said, mut sights) = (Vec::new(), Vec::new());
         for person in self.people {
             let time = self.times[person.instant];
@@ -247,16 +261,20 @@ impl Linear<'_> {
                         definition_samples[set][joint] += 1;
                     }
                     squares.push((one.sensor, joint, one.square));
+                    weight += one.weight;
+                    bend += bend_of(one.square, scale);
                     sights.push(self.sight(one, at, velocity, time, axes[joint].as_ref()));
                 }
                 systems[joint].add(stretch, &sights);
             }
         }
+        systems.iter_mut().for_each(JointSystem::complete);
         noise.learn(&mut squares);
         Round {
             systems,
             samples,
             definition_samples,
+            bend: if weight > 0.0 { bend / weight } else { 1.0 },
         }
     }
 
@@ -418,6 +436,12 @@ fn agree(said: &mut [Said], scale: f64) -> Vector3<f64> {
 fn robust(square: f64, scale: f64) -> f64 {
     let ratio = 1.0 + square / scale;
     1.0 / (ratio * ratio)
+}
+
+/// How the pull of a distance grows with it, averaged over directions; 1 without robustness.
+fn bend_of(square: f64, scale: f64) -> f64 {
+    let ratio = 1.0 + square / scale;
+    ratio.powi(-2) - 4.0 / 3.0 * square / scale * ratio.powi(-3)
 }
 
 impl Noise {

@@ -60,6 +60,8 @@ pub(crate) struct Sight {
 /// Everything that is known of one joint.
 pub(crate) struct JointSystem {
     normal: DMatrix<f64>,
+    /// What two sensors share, each pair one way only; part of `normal` once that is complete.
+    between: DMatrix<f64>,
     /// Downhill, by stretch of time.
     gradients: Vec<DVector<f64>>,
 }
@@ -69,11 +71,17 @@ impl JointSystem {
         let size = layout.size();
         Self {
             normal: DMatrix::zeros(size, size),
+            between: DMatrix::zeros(size, size),
             gradients: vec![DVector::zeros(size); stretches],
         }
     }
 
-    /// Adds the sights of one instant; the joint's own place is eliminated.
+    /// Adds to each pair of sensors the pair the other way round. To be called once, when all is added.
+    pub(crate) fn complete(&mut self) {
+        self.normal += &self.between + self.between.transpose();
+    }
+
+    /// Adds the sights of one instant, by sensor; the joint's own place is eliminated.
     pub(crate) fn add(&mut self, stretch: usize, sights: &[Sight]) {
         let total: Matrix3<f64> = sights.iter().map(|s| s.information).sum();
         let Some(covariance) = total.try_inverse() else {
@@ -92,12 +100,14 @@ impl JointSystem {
                 }
                 let half = between * other.derivatives;
                 let block = one.derivatives.tr_mul(&half);
+                let into = if i == k {
+                    &mut self.normal
+                } else {
+                    &mut self.between
+                };
                 for c in 0..other.used {
                     for r in 0..one.used {
-                        self.normal[(one.index[r], other.index[c])] += block[(r, c)];
-                        if i != k {
-                            self.normal[(other.index[c], one.index[r])] += block[(r, c)];
-                        }
+                        into[(one.index[r], other.index[c])] += block[(r, c)];
                     }
                 }
             }
@@ -277,6 +287,22 @@ impl Reduced {
         let seen: f64 = pulls.iter().map(|p| p.dot(&(&covariance * p))).sum();
         let independent: f64 = covariance.component_mul(&expected).sum();
         (independent > 0.0 && self.share > 0.0).then(|| seen / independent)
+    }
+
+    /// How large sensors' own offsets are, squared per axis: what the steps come to and what is not known of it.
+    pub(crate) fn own_variance(&self, own: &[[Vector3<f64>; JOINT_COUNT]]) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (joint, eliminated) in self.joints.iter().enumerate() {
+            let inverse = eliminated.factor.inverse();
+            for (sensor, offsets) in own.iter().enumerate() {
+                let unknown: f64 = (0..3)
+                    .map(|axis| inverse[(3 * sensor + axis, 3 * sensor + axis)])
+                    .sum();
+                sum += offsets[joint].norm_squared() + unknown;
+                count += 3.0;
+            }
+        }
+        sum / f64::max(count, 1.0)
     }
 
     /// What one joint's system shares, out of all that is shared.

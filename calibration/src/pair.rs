@@ -18,6 +18,8 @@ const OFFSET_STEP_S: f64 = 0.05;
 const DRAWS: usize = 40;
 const QUICK: usize = 16;
 const THOROUGH: usize = 80;
+/// Most instants that are looked at: the bundle, not the start, must be exact.
+const MOST: usize = 120;
 /// Hypotheses that pass the quick round; that are refined.
 const SHORT_LIST: usize = 40;
 const REFINED: usize = 4;
@@ -68,6 +70,8 @@ pub(crate) fn start(
     if shared.len() < MIN_INSTANTS {
         return None;
     }
+    let all = shared.len();
+    let shared: Vec<f64> = spread(all, MOST).into_iter().map(|i| shared[i]).collect();
     let seen_a = a.sample(&shared, 0.0);
     let seen_b: Vec<_> = offsets.iter().map(|tau| b.sample(&shared, *tau)).collect();
     let mut hypotheses = hypotheses(&seen_a, &seen_b);
@@ -97,6 +101,10 @@ pub(crate) fn start(
             )
         })
         .max_by(|x, y| x.quality.total_cmp(&y.quality))
+        .map(|start| PairStart {
+            quality: start.quality * all as f64 / shared.len() as f64,
+            ..start
+        })
 }
 
 /// Single-frame alignments of every combination at evenly spaced instants.

@@ -131,12 +131,12 @@ fn distances(a: &[Pose], b: &[Pose], a_from_b: &Isometry3<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// The rows of all sensors, from the rows of their pairs.
+/// The rows of all sensors, from the rows of their pairs; time offsets against `clock_s`.
 pub(crate) fn sensor_rows(
     evidence: &Evidence<'_>,
     pairs: &[((usize, usize), PairRow, Vec<f64>)],
     solved_samples: &[u64],
-    root: usize,
+    clock_s: f64,
 ) -> Vec<SensorRow> {
     let scales = bone_scales(evidence.seen);
     let row = |sensor: usize| {
@@ -146,7 +146,7 @@ pub(crate) fn sensor_rows(
             .flat_map(|(_, _, distances)| distances.iter().copied())
             .collect();
         let (shared_s, spread_m) = shared(evidence, sensor);
-        let offset_s = evidence.placed[sensor].offset_s - evidence.placed[root].offset_s;
+        let offset_s = evidence.placed[sensor].offset_s - clock_s;
         SensorRow {
             name: evidence.names[sensor].to_owned(),
             median_mm: median(&mut distances).unwrap_or(0.0),

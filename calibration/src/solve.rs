@@ -101,7 +101,13 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
     let pairs = pair_rows(&evidence, |pair| {
         (tree.contains(&pair), weakest == Some(pair))
     });
-    let mut rows = sensor_rows(&evidence, &pairs, &refined.bundled.samples, root);
+    // Sensors that are held keep their offsets, and so the room its clock.
+    let clock_s = if held.is_empty() {
+        refined.placed()[root].offset_s
+    } else {
+        0.0
+    };
+    let mut rows = sensor_rows(&evidence, &pairs, &refined.bundled.samples, clock_s);
     let covariance = add_sigmas(&evidence, &refined, &mut rows);
     let pairs: Vec<_> = pairs.into_iter().map(|(_, row, _)| row).collect();
     let suspicions = verdict::suspicions(&rows, &pairs, options);

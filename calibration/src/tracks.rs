@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix4, Vector3};
 use posefuse_skeleton::{JOINT_COUNT, Joint, Timestamp};
 
 use crate::{SensorWalk, WalkBody};
@@ -113,8 +113,8 @@ impl Track {
         }
     }
 
-    /// The body at `stamp`: per joint a quadratic through the frames around it, which takes two thirds off white noise
-    /// and gives the velocity along. `None` where there is no frame on each side.
+    /// The body at `stamp`: per joint a polynomial through the frames around it, which takes half off white noise and gives
+    /// the velocity along. `None` where there is no frame on each side.
     fn pose(&self, track: usize, stamp: f64) -> Option<Pose> {
         let next = self.times.partition_point(|time| *time <= stamp);
         let before = *self.times.get(next.checked_sub(1)?)?;
@@ -135,11 +135,26 @@ impl Track {
         let first = self.times[..nearest].partition_point(|time| *time < middle - WINDOW_S);
         let last =
             nearest + self.times[nearest..].partition_point(|time| *time <= middle + WINDOW_S);
+        // Faster sensors than 300 Hz do without the frames beyond.
+        let last = last.min(first + 64);
         let times = &self.times[first..last];
         let frames = &self.frames[first..last];
+        let mut kernel: Option<Kernel> = None;
+        let mut places = Vec::with_capacity(times.len());
         let joints = std::array::from_fn(|joint| {
             let (_, weight) = self.frames[nearest][joint]?;
-            fit(times, frames, joint, stamp, weight)
+            places.clear();
+            let mut shown = 0_u64;
+            for (k, frame) in frames.iter().enumerate() {
+                if let Some((at, _)) = frame[joint] {
+                    shown |= 1 << k;
+                    places.push(at);
+                }
+            }
+            if kernel.as_ref().is_none_or(|kernel| kernel.shown != shown) {
+                kernel = Kernel::new(times, shown, stamp);
+            }
+            kernel.as_ref()?.point(&places, weight)
         });
         Some(Pose {
             track,
@@ -149,57 +164,81 @@ impl Track {
     }
 }
 
-/// The quadratic (a line where there are two frames only) through one joint's places, at `stamp`; `None` where the joint
-/// is not seen on each side of it or does not move like a body: a jump, or an exchange of left and right.
-fn fit(times: &[f64], frames: &[Frame], joint: usize, stamp: f64, weight: f64) -> Option<Point> {
-    let mut powers = [0.0; 5];
-    let mut sums = [Vector3::zeros(); 3];
-    let (mut count, mut left, mut right) = (0, false, false);
-    let mut square = 0.0;
-    for (time, frame) in times.iter().zip(frames) {
-        let Some((at, _)) = frame[joint] else {
-            continue;
+/// The polynomial through one joint's places in the frames that show it, as weights of those places.
+///
+/// Most joints of a body are in the same frames, so that one serves many. A cubic where there are frames enough: a quadratic
+/// would move a swinging arm too little between frames, which looks like a time offset of half a millisecond.
+struct Kernel {
+    /// Which frames show the joint.
+    shown: u64,
+    /// By power of the time since the stamp (in units of [`WINDOW_S`]), by frame.
+    rows: [Vec<f64>; 4],
+    /// Time since the stamp, in the same unit.
+    times: Vec<f64>,
+}
+
+impl Kernel {
+    /// `None` where the frames shown are not on both sides of `stamp`.
+    fn new(times: &[f64], shown: u64, stamp: f64) -> Option<Self> {
+        let at = |k: &usize| (times[*k] - stamp) / WINDOW_S;
+        let times: Vec<f64> = (0..times.len())
+            .filter(|k| shown >> k & 1 == 1)
+            .map(|k| at(&k))
+            .collect();
+        let around =
+            times.first().is_some_and(|t| *t <= 0.0) && times.last().is_some_and(|t| *t >= 0.0);
+        if !around {
+            return None;
+        }
+        let unknowns = match times.len() {
+            1 => 1,
+            2 => 2,
+            3..=5 => 3,
+            _ => 4,
         };
-        let t = time - stamp;
-        (left, right) = (left || t <= 0.0, right || t >= 0.0);
-        count += 1;
-        square += at.norm_squared();
-        let mut power = 1.0;
-        for k in 0..5 {
-            powers[k] += power;
-            if k < 3 {
-                sums[k] += at * power;
+        let mut normal = Matrix4::<f64>::identity();
+        let power = |t: f64, k: usize| t.powi(k as i32);
+        for r in 0..unknowns {
+            for c in 0..unknowns {
+                normal[(r, c)] = times.iter().map(|t| power(*t, r + c)).sum::<f64>();
             }
-            power *= t;
         }
+        let inverse = normal.try_inverse()?;
+        let row = |r: usize| -> Vec<f64> {
+            let weight = |t: &f64| (0..unknowns).map(|c| inverse[(r, c)] * power(*t, c)).sum();
+            times.iter().map(weight).collect()
+        };
+        Some(Self {
+            shown,
+            rows: [0, 1, 2, 3].map(|r| {
+                if r < unknowns {
+                    row(r)
+                } else {
+                    vec![0.0; times.len()]
+                }
+            }),
+            times,
+        })
     }
-    if !left || !right {
-        return None;
+
+    /// The joint at the stamp; `None` where it does not move like a body: a jump, or an exchange of left and right.
+    fn point(&self, places: &[Vector3<f64>], weight: f64) -> Option<Point> {
+        let [at, slope, bend, twist] = [0, 1, 2, 3].map(|r| {
+            let weighted = self.rows[r].iter().zip(places).map(|(w, p)| p * *w);
+            weighted.sum::<Vector3<f64>>()
+        });
+        let off = |(t, p): (&f64, &Vector3<f64>)| {
+            (p - (at + (slope + (bend + twist * *t) * *t) * *t)).norm_squared()
+        };
+        let square = self.times.iter().zip(places).map(off).sum::<f64>() / places.len() as f64;
+        let velocity = slope / WINDOW_S;
+        let moves = square <= MAX_ROUGH_M * MAX_ROUGH_M && velocity.norm() <= MAX_SPEED;
+        moves.then_some(Point {
+            at,
+            velocity,
+            weight,
+        })
     }
-    let [n, s1, s2, s3, s4] = powers;
-    let (at, velocity, acceleration) = match count {
-        0 => return None,
-        1 => (sums[0], Vector3::zeros(), Vector3::zeros()),
-        2 => {
-            let det = n * s2 - s1 * s1;
-            let at = (sums[0] * s2 - sums[1] * s1) / det;
-            (at, (sums[1] * n - sums[0] * s1) / det, Vector3::zeros())
-        }
-        _ => {
-            let inverse = Matrix3::new(n, s1, s2, s1, s2, s3, s2, s3, s4).try_inverse()?;
-            let row = |i: usize| {
-                sums[0] * inverse[(i, 0)] + sums[1] * inverse[(i, 1)] + sums[2] * inverse[(i, 2)]
-            };
-            (row(0), row(1), row(2))
-        }
-    };
-    let fitted = at.dot(&sums[0]) + velocity.dot(&sums[1]) + acceleration.dot(&sums[2]);
-    let rough = ((square - fitted) / n).max(0.0).sqrt();
-    (rough <= MAX_ROUGH_M && velocity.norm() <= MAX_SPEED).then_some(Point {
-        at,
-        velocity,
-        weight,
-    })
 }
 
 fn joints_of(body: &WalkBody, threshold: f64) -> Frame {
