@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use posefuse_fusion::{
-    ClockEstimate, Engine, Input, Rejection, RejectionReason, SensorDiagnostics,
+    ClockEstimate, Contribution, Engine, Input, Rejection, RejectionReason, SensorDiagnostics,
 };
 use posefuse_skeleton::{RoomFrame, SensorId, Timestamp};
 
@@ -41,6 +41,8 @@ pub(crate) struct SensorView {
     pub(crate) latency_ms: Option<f64>,
     pub(crate) clock: Option<ClockEstimate>,
     pub(crate) residual_mm: Option<f64>,
+    /// Its part in the fused people; `None` while nothing is fused.
+    pub(crate) contribution: Option<Contribution>,
     /// Bodies in the latest frame.
     pub(crate) bodies: u32,
     /// What the engine refused, by reason.
@@ -182,6 +184,7 @@ impl Meters {
                 latency_ms: meter.latencies_ns.quantile(0.5).map(|ns| ns as f64 * 1e-6),
                 clock: found.and_then(|found| found.clock),
                 residual_mm: found.and_then(|found| Some(found.residual_m? * 1e3)),
+                contribution: found.and_then(|found| found.contribution.clone()),
                 bodies: meter.bodies,
                 rejected: found.map_or_else(Vec::new, rejected),
                 before_calibration: meter.before_calibration,
