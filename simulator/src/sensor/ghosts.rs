@@ -10,10 +10,11 @@ use crate::scenario::{Layout, Scenario};
 
 /// How long furniture is taken for a person, seconds.
 const FURNITURE_S: [f64; 2] = [2.0, 5.0];
-/// The piece of furniture stands this far outside of the area, metres.
-const FURNITURE_OUTSIDE_M: f64 = 0.15;
-/// The mirror hangs this far outside of the area; half its width, its height, metres.
-const MIRROR_OUTSIDE_M: f64 = 0.9;
+/// The piece of furniture stands this far within the area's edge, metres.
+const FURNITURE_WITHIN_M: f64 = 0.15;
+/// The mirror hangs this far outside of the area, opposite an arc, and between two sensors of a ring so that neither is
+/// behind it; half its width, its height, metres.
+const MIRROR_OUTSIDE_M: [f64; 2] = [0.9, 1.3];
 const MIRROR_HALF_M: f64 = 0.6;
 const MIRROR_HEIGHT_M: f64 = 2.0;
 
@@ -34,7 +35,7 @@ impl Furniture {
         // Across the room from the sensor, where it sees all of it.
         let from = sensor_from_room.inverse().origin().vector();
         let angle = from.y.atan2(from.x) + std::f64::consts::PI + stream.between(-0.9, 0.9);
-        let radius = 0.5 * scenario.area_m + FURNITURE_OUTSIDE_M;
+        let radius = 0.5 * scenario.area_m - FURNITURE_WITHIN_M;
         let place = [radius * angle.cos(), radius * angle.sin(), angle + 3.1];
         let shape = BodyShape::of_height(stream.between(1.3, 1.8));
         Self {
@@ -67,13 +68,17 @@ pub(crate) struct Mirror {
 impl Mirror {
     /// The room's mirror as the sensor sees it: where no sensor stands, opposite an arc, between two of a ring.
     pub(crate) fn new(scenario: &Scenario, sensor_from_room: &Transform<Sensor, Room>) -> Self {
-        let angle = match scenario.layout {
-            Layout::Arc => std::f64::consts::PI,
-            Layout::Ring => std::f64::consts::PI / scenario.sensors.max(2) as f64,
+        let [opposite, between] = MIRROR_OUTSIDE_M;
+        let (angle, outside_m) = match scenario.layout {
+            Layout::Arc => (std::f64::consts::PI, opposite),
+            Layout::Ring => (
+                std::f64::consts::PI / scenario.sensors.max(2) as f64,
+                between,
+            ),
         };
         let outwards = Vector3::new(angle.cos(), angle.sin(), 0.0);
         Self {
-            centre: outwards * (0.5 * scenario.area_m + MIRROR_OUTSIDE_M),
+            centre: outwards * (0.5 * scenario.area_m + outside_m),
             normal: -outwards,
             eye: sensor_from_room.inverse().origin().vector(),
         }
