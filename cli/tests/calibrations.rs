@@ -63,7 +63,7 @@ fn imported_moved_listed_compared_restored_and_exported() {
     let of_old = list
         .out
         .lines()
-        .find(|line| line.contains(&kept[1]))
+        .find(|line| line.starts_with(&format!("{} ", kept[1])))
         .unwrap();
     assert!(
         of_old.contains("in force") && of_old.contains("passed"),

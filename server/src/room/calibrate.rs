@@ -228,17 +228,18 @@ impl Session {
                 .flat_map(|(right, ahead)| [*right, *ahead])
                 .collect(),
         });
+        let elapsed = self.room.clock.now().since_seconds(self.began);
         v1::CalibrateProgress {
-            elapsed_seconds: self
-                .room
-                .clock
-                .now()
-                .since_seconds(self.began)
-                .min(self.seconds),
+            elapsed_seconds: elapsed.min(self.seconds),
             total_seconds: self.seconds,
             sensors: sensors.collect(),
             share: coverage.share,
-            hint: coverage.hint.clone(),
+            // In the first second no frame may have come yet, from a sensor that is well.
+            hint: if elapsed < 1.0 {
+                String::new()
+            } else {
+                coverage.hint.clone()
+            },
             solving: false,
         }
     }

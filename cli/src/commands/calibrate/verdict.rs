@@ -74,7 +74,8 @@ pub(crate) fn print(view: &CalibrationView) -> anyhow::Result<()> {
         line("")?;
         print_table(&pairs(&view.pairs))?;
         legend(&PAIR_COLUMNS)?;
-        if let Some(weakest) = view.pairs.iter().find(|pair| pair.weakest) {
+        let weakest = view.pairs.iter().find(|pair| pair.weakest);
+        if let Some(weakest) = weakest.filter(|_| view.pairs.len() > 1) {
             line(format!(
                 "weakest link: {} - {}; the room hangs together by it",
                 weakest.a, weakest.b
@@ -113,6 +114,8 @@ pub(crate) fn summary(view: &CalibrationView) -> anyhow::Result<()> {
         .map(|s| s.residual_median_mm)
         .fold(f64::NAN, f64::max);
     line(match view.sensors.len() {
+        // A failed one may have had nothing to be measured on.
+        _ if view.verdict == "failed" && worst <= 0.0 => format!("calibration {verdict}"),
         0 => format!("calibration {verdict}"),
         1 => format!("calibration {verdict}: one sensor, laid on the floor"),
         n => format!(
@@ -172,6 +175,7 @@ pub(crate) fn sensors(sensors: &[SensorPoseView]) -> Vec<Vec<String>> {
 }
 
 fn pairs(pairs: &[PairView]) -> Vec<Vec<String>> {
+    let several = pairs.len() > 1;
     let head = [
         "pair",
         "before mm",
@@ -191,7 +195,7 @@ fn pairs(pairs: &[PairView]) -> Vec<Vec<String>> {
             format!("{:.0}", p.agreeing_share * 100.0),
             format!("{:.0}", p.mirrored_share * 100.0),
             p.samples.to_string(),
-            if p.weakest {
+            if several && p.weakest {
                 paint(Style::Doubtful, "weakest")
             } else {
                 String::new()
