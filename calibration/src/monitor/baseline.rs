@@ -15,9 +15,9 @@ use super::rows::Place;
 const OFF_RAD: f64 = 0.005;
 const OFF_M: f64 = 0.010;
 /// Standard deviation of a place's own shift, metres: what a tracker's bias changes by as people move and turn.
-const PLACE_M: f64 = 0.004;
+const PLACE_M: f64 = 0.008;
 /// The same between two visits of a place that is known.
-const VISIT_M: f64 = 0.0015;
+const VISIT_M: f64 = 0.0025;
 /// Places kept for a sensor, and how much is learnt of one: 1/m^2, as from some 30 s there.
 const MAX_PLACES: usize = 512;
 const ENOUGH: f64 = 2.0e6;

@@ -53,14 +53,14 @@ pub struct SensorDrift {
     pub residual_m: f64,
     /// What that was after the calibration.
     pub usual_m: f64,
-    /// How far it seems to have been shifted since, metres, and turned, radians. While a person stands still the two are hard
-    /// to tell apart.
+    /// How far it seems to have been shifted since, metres. While people stand still this and the turn are hard to tell
+    /// apart.
     pub moved_m: f64,
-    /// See above.
+    /// How far it seems to have been turned since, radians.
     pub turned_rad: f64,
-    /// Standard deviations of both: roots of the traces of their covariances.
+    /// Standard deviation of the shift: root of its covariance's trace, metres.
     pub sigma_m: f64,
-    /// See above.
+    /// The same of the turn, radians.
     pub sigma_rad: f64,
     /// How far off what it sees is by that where people are, RMS, metres.
     pub off_m: f64,

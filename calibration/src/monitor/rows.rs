@@ -98,15 +98,14 @@ pub(super) fn rows(
 
 /// The robust mean of one joint; leaves in each view the weight it has in it.
 fn consensus(seen: &mut [Seen]) -> Option<Vector3<f64>> {
-    // From the view that is nearest to all others: a mean would begin half way to an outlier.
-    let all: Vec<Vector3<f64>> = seen.iter().map(|s| s.at).collect();
-    let apart = |at: &Vector3<f64>| all.iter().map(|other| (at - other).norm()).sum::<f64>();
-    let start = all.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
-    let mut mean = if seen.len() > 2 {
-        *start
-    } else {
-        all.iter().sum::<Vector3<f64>>() / all.len() as f64
-    };
+    if seen.is_empty() {
+        return None;
+    }
+    // From the middle one: a mean would begin half way to an outlier.
+    let mut mean = Vector3::from_fn(|axis, _| {
+        let mut values: Vec<f64> = seen.iter().map(|view| view.at[axis]).collect();
+        middle(&mut values)
+    });
     for _ in 0..3 {
         let (mut sum, mut total) = (Vector3::zeros(), 0.0);
         for view in seen.iter_mut() {
@@ -142,7 +141,7 @@ fn against_others(index: usize, stand: &Stand, joints: &[Vec<Seen>]) -> Option<(
     }
     let middle = Vector3::from_fn(|axis, _| {
         let mut values: Vec<f64> = found.iter().map(|(_, apart, _)| apart[axis]).collect();
-        crate::stats::median(&mut values).unwrap_or(0.0)
+        middle(&mut values)
     });
     let trust = soft(middle.norm(), BODY_M) * INDEPENDENT_SHARE;
     let mut stats = Stats::default();
@@ -152,6 +151,16 @@ fn against_others(index: usize, stand: &Stand, joints: &[Vec<Seen>]) -> Option<(
     }
     let distances = found.iter().map(|(_, apart, _)| apart.norm()).collect();
     Some((stats, distances))
+}
+
+/// The median; of an even number the mean of the two in the middle. 0 of nothing.
+fn middle(values: &mut [f64]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    match (values.get(values.len() / 2), values.len() % 2) {
+        (Some(upper), 0) => 0.5 * (upper + values[values.len() / 2 - 1]),
+        (Some(middle), _) => *middle,
+        (None, _) => 0.0,
+    }
 }
 
 /// Geman-McClure: 1 at no distance, a quarter at `scale`.
