@@ -78,8 +78,16 @@ impl Drift {
         lock(&self.found).get(&sensor).copied()
     }
 
+    /// Takes in new findings. An alarm stands until something better is known, also when everybody has left.
     fn set(&self, found: &[SensorDrift]) {
-        *lock(&self.found) = found.iter().map(|drift| (drift.sensor, *drift)).collect();
+        let mut known = lock(&self.found);
+        known.retain(|_, drift| drift.alarm);
+        known.extend(found.iter().map(|drift| (drift.sensor, *drift)));
+    }
+
+    /// Forgets all findings: the sensors stand elsewhere now.
+    fn forget(&self) {
+        lock(&self.found).clear();
     }
 
     fn recent(&self) -> MutexGuard<'_, Recent> {

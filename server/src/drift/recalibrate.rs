@@ -106,6 +106,8 @@ fn options(room: &Room, name: &str, current: &Calibration, walk: &Walk) -> Optio
     Options {
         created: room.clock.rfc3339(),
         fixed: fixed.collect(),
+        // Without a bias in it the others stand where they fit best without one, and so must this.
+        ray_bias: !current.ray_bias_m.is_empty(),
         held_ray_bias_m: current.ray_bias_m.clone(),
         held_joint_offsets_m: current.joint_offsets_m.clone(),
         ..Options::default()

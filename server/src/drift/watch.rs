@@ -23,6 +23,7 @@ pub(crate) async fn watch(room: Arc<Room>, mut seen: mpsc::Receiver<Seen>, misse
         in_force: None,
         sensors: 0,
         alarmed: Vec::new(),
+        recording: false,
         room: room.clone(),
     };
     let mut known_missed = 0;
@@ -32,7 +33,7 @@ pub(crate) async fn watch(room: Arc<Room>, mut seen: mpsc::Receiver<Seen>, misse
             biased;
             () = room.stop.cancelled() => return,
             () = &mut beat => {
-                watch.look();
+                watch.look().await;
                 if let Some(new) = newly_missed(&missed, &mut known_missed) {
                     tracing::debug!(new, "comparisons found no room in the queue of the drift watch");
                 }
@@ -61,16 +62,38 @@ struct Watch {
     in_force: Option<Arc<Calibration>>,
     /// How many sensors there were at the last look.
     sensors: usize,
+    /// Whose alarms have been told.
     alarmed: Vec<SensorId>,
+    /// Whether a take ran at the last look.
+    recording: bool,
 }
 
 impl Watch {
-    fn look(&mut self) {
+    async fn look(&mut self) {
         let room = self.room.clone();
         let now = room.clock.now();
         room.drift.recent().forget_before(Recent::start(now));
         self.follow_calibration();
-        let found = self.monitor.look(now);
+        let mut monitor = std::mem::take(&mut self.monitor);
+        let looking = room.threads.blocking(move || {
+            let found = monitor.look(now);
+            (monitor, found)
+        });
+        let Ok((monitor, found)) = looking.await else {
+            tracing::error!(
+                "a look at the sensors' places failed: what was learnt of them is lost"
+            );
+            self.monitor = DriftMonitor::new(options(&room.config.drift));
+            self.in_force = None;
+            return;
+        };
+        self.monitor = monitor;
+        let recording = room.takes.is_recording();
+        if recording && !self.recording {
+            // A take that begins with a sensor out of place is to say so, too.
+            self.alarmed.clear();
+        }
+        self.recording = recording;
         for drift in &found {
             self.tell(drift);
         }
@@ -100,6 +123,7 @@ impl Watch {
         self.monitor.place(poses);
         if !is_same {
             self.alarmed.clear();
+            self.room.drift.forget();
         }
         self.sensors = sensors.len();
         self.in_force = current;

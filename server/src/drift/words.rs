@@ -12,7 +12,7 @@ pub(super) fn amount(drift: &SensorDrift) -> String {
         (true, true) => format!("about {shift} and {turn}"),
         (false, true) => format!("about {turn}"),
         (true, false) => format!("about {shift}"),
-        (false, false) => format!("what takes people {:.0} cm off", drift.off_m * 1e2),
+        (false, false) => format!("an amount that puts people {:.0} cm off", drift.off_m * 1e2),
     }
 }
 
