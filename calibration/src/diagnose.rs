@@ -99,6 +99,11 @@ pub(crate) fn cause(
 ) -> Option<Cause> {
     let Suspicion { suspect, other } = suspicion;
     let name = case.walks[suspect].name.clone();
+    // Of two pictures either may be the mirrored one; a third tells which.
+    let blamed = match case.walks {
+        [one, two] => vec![one.name.clone(), two.name.clone()],
+        _ => vec![name.clone()],
+    };
     let mirrored = SensorTracks::new(&mirrored(case.walks[suspect]), case.start);
     let as_mirror = try_to_relate(case, &sensors[other], &mirrored, case.max_offset_s);
     let late = try_to_relate(case, &sensors[other], &sensors[suspect], CLOCK_REACH_S);
@@ -111,7 +116,7 @@ pub(crate) fn cause(
                 ahead_ms: ahead_ms(&start),
             })
         }
-        (Some(_), _) => Some(Cause::Mirrored { sensor: name }),
+        (Some(_), _) => Some(Cause::Mirrored { sensors: blamed }),
         (None, Some((_, start))) => Some(Cause::Clock {
             sensor: name,
             ahead_ms: ahead_ms(&start),

@@ -77,11 +77,12 @@ pub enum Cause {
     },
     /// Left and right of a sensor's picture are exchanged.
     #[error(
-        "the picture of `{sensor}` is mirrored: turn mirroring off in its driver or agent, then repeat"
+        "the picture of {} is mirrored: turn mirroring off in its driver or agent, then repeat",
+        either(.sensors)
     )]
     Mirrored {
-        /// The sensor.
-        sensor: String,
+        /// The sensor; of two, each of which could be the one, both.
+        sensors: Vec<String>,
     },
     /// A clock is off by more than is searched.
     #[error(
@@ -119,6 +120,11 @@ fn list(names: &[String]) -> String {
         .map(|name| format!("`{name}`"))
         .collect::<Vec<_>>()
         .join(", ")
+}
+
+fn either(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(" or ")
 }
 
 fn in_brackets(groups: &[Vec<String>]) -> String {

@@ -7,7 +7,8 @@
 //!
 //! Steps of [`solve`]: tracks and a common time grid (`tracks`), a robust start for each pair of sensors (`pair`),
 //! the best spanning tree (`graph`), refinement of all sensors at once (`refine`), floor and heading (`floor`),
-//! held-out residuals (`residual`) and the verdict (`verdict`).
+//! held-out residuals (`residual`) and the verdict (`verdict`), with what explains it: each sensor's frames alone (`look`),
+//! each sensor against the others (`against`), and what is tried where sensors disagree (`diagnose`).
 //!
 //! No I/O and no clock: strings and data in, data out. Metres, radians and nanoseconds unless a name says otherwise.
 
@@ -43,8 +44,8 @@ mod verdict;
 mod walk;
 
 pub use collector::Collector;
-pub use coverage::{Coverage, Goals, SensorCoverage};
 pub use compare::{Change, SensorMove, compare};
+pub use coverage::{Coverage, Goals, SensorCoverage};
 pub use error::{CalibrationError, Cause};
 pub use kabsch::{Degenerate, PointPair, RigidFit, kabsch};
 pub use monitor::{DriftMonitor, DriftOptions, SensorDrift};

@@ -104,7 +104,7 @@ fn hints_say_what_is_missing() {
     }
     let coverage = collector.coverage();
     assert!(
-        coverage.hint.contains("walk about") && coverage.share < 0.5,
+        coverage.hint.contains("`s0` and `s1` both see you") && coverage.share < 0.5,
         "{coverage:?}"
     );
 }
@@ -159,7 +159,7 @@ fn ten_minutes_fit_and_what_is_counted_is_what_is_kept() {
 
 #[test]
 fn a_lone_sensor_is_covered_by_its_own_view() {
-    let scene = Scene::ring(1, 20.0, Errors::USUAL, 25);
+    let scene = Scene::ring(1, 25.0, Errors::USUAL, 25);
     let mut collector = Collector::new(names(1));
     assert!(collector.coverage().hint.contains("start its agent"));
     for (sensor, time, bodies) in stream(&scene) {
@@ -177,4 +177,55 @@ fn a_lone_sensor_is_covered_by_its_own_view() {
             .hint
             .contains("start an agent")
     );
+}
+
+/// Everything that `scene` shows, gathered.
+fn gathered(scene: &Scene) -> Collector {
+    let mut collector = Collector::new(names(scene.sensors.len()));
+    for (sensor, time, bodies) in stream(scene) {
+        collector.add(sensor, time, &bodies);
+    }
+    collector
+}
+
+#[test]
+fn the_share_is_that_of_the_weakest_part() {
+    let full = gathered(&Scene::ring(2, 30.0, Errors::USUAL, 26)).coverage();
+    assert_eq!(full.share, 1.0, "{full:?}");
+    // Somebody who stands shows neither the floor nor all sides.
+    let mut scene = Scene::ring(2, 30.0, Errors::USUAL, 26);
+    scene.people = vec![common::standing];
+    let stood = gathered(&scene).coverage();
+    let goals = stood.sensors[0].goals;
+    assert_eq!(goals.seconds, 1.0, "{stood:?}");
+    assert!(goals.floor < 0.5 && goals.turning < 0.5, "{stood:?}");
+    assert_eq!(stood.share, goals.share(), "{stood:?}");
+    assert!(stood.hint.contains("both see you"), "{stood:?}");
+    // A line is walked without turning, except that this one turns round at its ends.
+    scene.people = vec![common::line];
+    let line = gathered(&scene).coverage();
+    assert!(line.share < 1.0, "{line:?}");
+    assert!(line.hint.contains("turn around slowly"), "{line:?}");
+}
+
+#[test]
+fn a_room_is_no_better_than_what_joins_it() {
+    // s0 and s1 share the first half of the walk, s2 and s3 the second: each has enough, together they have nothing.
+    let scene = Scene::ring(4, 60.0, Errors::USUAL, 27);
+    let mut collector = Collector::new(names(4));
+    for (sensor, time, bodies) in stream(&scene) {
+        let first = time.seconds() < 1030.0;
+        if first == (sensor.index() < 2) {
+            collector.add(sensor, time, &bodies);
+        }
+    }
+    let coverage = collector.coverage();
+    assert!(
+        coverage.sensors.iter().all(|s| s.share > 0.9),
+        "{coverage:?}"
+    );
+    assert!(coverage.share < 0.1, "{coverage:?}");
+    collector.remove(id(2));
+    collector.remove(id(3));
+    assert_eq!(collector.coverage().share, 1.0);
 }

@@ -133,35 +133,18 @@ fn stick(at: Vector2<f64>, heading: f64, gone: f64, lifted: f64) -> JointMap<Pos
     put(Neck, 0.01, 0.0, 1.5);
     put(Head, 0.05, 0.0, 1.66);
     const STRIDE_M: f64 = 0.6;
-    let sides = [
-        (
-            1.0,
-            0.0,
-            [
-                ShoulderLeft,
-                ElbowLeft,
-                WristLeft,
-                HandLeft,
-                HandTipLeft,
-                ThumbLeft,
-            ],
-            [HipLeft, KneeLeft, AnkleLeft, FootLeft],
-        ),
-        (
-            -1.0,
-            0.5,
-            [
-                ShoulderRight,
-                ElbowRight,
-                WristRight,
-                HandRight,
-                HandTipRight,
-                ThumbRight,
-            ],
-            [HipRight, KneeRight, AnkleRight, FootRight],
-        ),
+    let arm = [
+        ShoulderLeft,
+        ElbowLeft,
+        WristLeft,
+        HandLeft,
+        HandTipLeft,
+        ThumbLeft,
     ];
-    for (side, phase, arm, leg) in sides {
+    let leg = [HipLeft, KneeLeft, AnkleLeft, FootLeft];
+    for (side, phase) in [(1.0, 0.0), (-1.0, 0.5)] {
+        let own = |joint: Joint| if side > 0.0 { joint } else { joint.mirrored() };
+        let (arm, leg) = (arm.map(own), leg.map(own));
         // A sole stands for half of its stride of two steps and swings twice as fast as the body.
         let stride = gone / (2.0 * STRIDE_M) + phase;
         let (index, part) = (stride.floor(), stride.fract());

@@ -149,6 +149,11 @@ pub(crate) fn print(rooms: &[Surveyed]) -> bool {
             }
         }
     }
+    totals(&all)
+}
+
+/// Prints all walks together; whether the promise holds.
+fn totals(all: &[(bool, &Stopped)]) -> bool {
     let ended: Vec<&(bool, &Stopped)> = all.iter().filter(|(_, s)| s.full_at_s.is_ok()).collect();
     let passed = ended
         .iter()

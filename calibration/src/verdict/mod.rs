@@ -127,20 +127,22 @@ pub(crate) fn judge(findings: &Findings<'_>, options: &Options) -> (Verdict, Vec
 /// Causes go before the effects that they explain.
 fn add_causes(causes: &[Cause], reasons: &mut Reasons) {
     for cause in causes {
-        let (sensor, remedy) = match cause {
-            Cause::Mirrored { sensor } => (
-                sensor,
+        let (sensors, remedy) = match cause {
+            Cause::Mirrored { sensors } => (
+                sensors.iter().map(String::as_str).collect(),
                 "turn mirroring off in its driver or agent, then repeat",
             ),
             Cause::Clock { sensor, .. } => (
-                sensor,
+                vec![sensor.as_str()],
                 "restart its agent so that its clock is measured again, then repeat",
             ),
             Cause::Apart | Cause::Sparse { .. } | Cause::Strangers { .. } => continue,
         };
-        let what = cause.to_string();
-        let what = what.split(':').next().unwrap_or_default().to_owned();
-        reasons.add(Verdict::Failed, &[sensor], what, remedy);
+        let text = cause.to_string();
+        let what = text
+            .rsplit_once(": ")
+            .map_or(text.as_str(), |(what, _)| what);
+        reasons.add(Verdict::Failed, &sensors, what.to_owned(), remedy);
     }
 }
 
