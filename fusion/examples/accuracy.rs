@@ -72,6 +72,12 @@ fn main() {
     }
 }
 
+fn kalman(look_ahead: usize) -> Config {
+    let mut config = Config::default();
+    config.fuse.look_ahead = look_ahead;
+    config
+}
+
 fn methods() -> Vec<(&'static str, Config)> {
     let make = |method, swaps, stages: bool, mode| {
         let mut config = Config::default();
@@ -85,7 +91,7 @@ fn methods() -> Vec<(&'static str, Config)> {
             .for_each(|stage| stage.set_enabled(stages));
         config
     };
-    use FuseMethod::{Average, Weighted};
+    use FuseMethod::{Average, Kalman, Weighted};
     use IntakeMode::{Async, Window};
     vec![
         (
@@ -98,7 +104,10 @@ fn methods() -> Vec<(&'static str, Config)> {
             make(Weighted, false, false, Async),
         ),
         ("weighted, no stages", make(Weighted, true, false, Async)),
-        ("weighted (shipped)", make(Weighted, true, true, Async)),
+        ("weighted, all stages", make(Weighted, true, true, Async)),
+        ("kalman, no look-ahead", kalman(0)),
+        ("kalman (shipped)", kalman(1)),
+        ("kalman, 3 frames ahead", kalman(3)),
         ("weighted, window", make(Weighted, true, true, Window)),
     ]
 }
