@@ -7,7 +7,7 @@ use posefuse_skeleton::{
 };
 
 use super::track::{JointEstimate, Source};
-use super::{Origins, People, Scratch, TrackState, VELOCITY_DECAY_S, View, median};
+use super::{Origins, People, TrackState, VELOCITY_DECAY_S, View, median};
 use crate::config::{Config, FuseMethod};
 use crate::fuse::{Sighting, fuse};
 
