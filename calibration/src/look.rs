@@ -19,7 +19,7 @@ const ADULT_M: [(Joint, Joint, f64); 8] = [
     (Joint::KneeRight, Joint::AnkleRight, 0.42),
 ];
 /// Frames that are looked at, spread over the walk.
-const LOOKS: usize = 400;
+const LOOKS: usize = 1000;
 /// Over how long, and from which speed, somebody counts as coming towards a sensor: seconds, m/s.
 const COMING_S: f64 = 0.5;
 const COMING_SPEED: f64 = 0.4;

@@ -251,7 +251,7 @@ fn too_few_frames_fail() {
     let solution = solve(&scene.record().0, &options()).unwrap();
     assert_eq!(solution.report.verdict, Verdict::Failed);
     assert!(
-        reasons(&solution).contains("saw somebody together for"),
+        reasons(&solution).contains("saw somebody together with another sensor for"),
         "{}",
         reasons(&solution)
     );
