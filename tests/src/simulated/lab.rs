@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use futures_util::future::LocalBoxFuture;
+use nalgebra::Isometry3;
 use posefuse_agent::{
     AgentConfig, AgentReport, Parts, SourceConfig, SystemClock, source::SimConfig,
 };
@@ -19,7 +20,7 @@ use turmoil::Sim;
 
 use super::host::{self, Report, SERVER};
 use super::operator::{self, Job};
-use super::sensor::SimulatedSensor;
+use super::sensor::{Moved, SimulatedSensor};
 use super::{Captures, Disk, Happening, Log};
 
 /// What a network is made of.
@@ -73,6 +74,7 @@ struct Agent {
     name: String,
     captures: Captures,
     report: Report,
+    moved: Moved,
 }
 
 impl Lab {
@@ -132,6 +134,8 @@ impl Lab {
         for index in 0..self.world.sensor_count() {
             let name = sensor_name(index);
             let (captures, report) = (Captures::default(), Report::default());
+            let moved = Moved::default();
+            let displaced = moved.clone();
             let unused = SourceConfig::Sim(SimConfig {
                 scenario: Scenario::default(),
                 sensor: 0,
@@ -144,7 +148,7 @@ impl Lab {
             let (world, kept, ended) = (self.world.clone(), captures.clone(), report.clone());
             self.sim.client(name.clone(), async move {
                 let clock = Arc::new(SystemClock::new());
-                let source = SimulatedSensor::new(&world, index, &*clock, seconds, kept);
+                let source = SimulatedSensor::new(&world, index, &*clock, seconds, kept, displaced);
                 let parts = Parts {
                     clock,
                     connector,
@@ -158,6 +162,7 @@ impl Lab {
                 name,
                 captures,
                 report,
+                moved,
             });
         }
     }
@@ -218,6 +223,20 @@ impl Lab {
         self.agents.iter().filter_map(report).collect()
     }
 
+    /// Moves a sensor from where the world has it, in its own optical axes, metres. Its agent must run.
+    pub fn move_sensor(&mut self, sensor: usize, by: Isometry3<f64>) {
+        *self.agents[sensor].moved.lock().unwrap() = Some(by);
+    }
+
+    /// Asks what is to be refused, and gives the refusal.
+    pub fn ask_in_vain<T: Send + 'static>(
+        &mut self,
+        request: impl FnOnce(RoomClient<Channel>) -> Asked<T> + Send + 'static,
+    ) -> Status {
+        let refused = self.try_ask(request).err();
+        refused.expect("the server refuses")
+    }
+
     /// Cuts an agent off: packets vanish.
     pub fn partition(&self, sensor: usize) {
         self.sim.partition(sensor_name(sensor), SERVER);
@@ -253,6 +272,14 @@ impl Lab {
         &mut self,
         request: impl FnOnce(RoomClient<Channel>) -> Asked<T> + Send + 'static,
     ) -> T {
+        let answer = self.try_ask(request);
+        answer.expect("the server does as asked").into_inner()
+    }
+
+    fn try_ask<T: Send + 'static>(
+        &mut self,
+        request: impl FnOnce(RoomClient<Channel>) -> Asked<T> + Send + 'static,
+    ) -> Result<tonic::Response<T>, Status> {
         let answer: Answer<T> = Arc::default();
         let given = answer.clone();
         let job: Job = Box::new(move |client| {
@@ -266,10 +293,7 @@ impl Lab {
             answer.lock().unwrap().is_some()
         });
         let result = answer.lock().unwrap().take();
-        result
-            .expect("an answer")
-            .expect("the server does as asked")
-            .into_inner()
+        result.expect("an answer")
     }
 
     /// Begins a take.

@@ -2,10 +2,11 @@
 
 use std::sync::{Arc, Mutex};
 
+use nalgebra::Isometry3;
 use posefuse_agent::source::SensorClock;
 use posefuse_agent::{Clock, Description, SensorSource, SourceBody, SourceError, SourceFrame};
 use posefuse_simulator::{SimBody, SimClock, SimSensor, World};
-use posefuse_skeleton::{AgentTime, JointSet};
+use posefuse_skeleton::{AgentTime, JointSet, Position, RawJoint};
 
 /// A frame that a sensor gave to its agent.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +20,9 @@ pub struct CapturedFrame {
 /// A sensor's frames in order; the agent numbers them from 0.
 pub type Captures = Arc<Mutex<Vec<CapturedFrame>>>;
 
+/// How a sensor has been moved from where the world has it, in its own axes; takes effect with its next frame.
+pub(super) type Moved = Arc<Mutex<Option<Isometry3<f64>>>>;
+
 /// One sensor of a simulated world, from now on.
 pub(super) struct SimulatedSensor {
     sensor: SimSensor,
@@ -27,6 +31,7 @@ pub(super) struct SimulatedSensor {
     until_ns: i64,
     last_due_ns: i64,
     captures: Captures,
+    moved: Moved,
 }
 
 impl SimulatedSensor {
@@ -37,6 +42,7 @@ impl SimulatedSensor {
         clock: &dyn Clock,
         seconds: f64,
         captures: Captures,
+        moved: Moved,
     ) -> Self {
         let epoch_ns = clock.monotonic_ns();
         Self {
@@ -46,6 +52,7 @@ impl SimulatedSensor {
             until_ns: (seconds * 1e9) as i64,
             last_due_ns: epoch_ns,
             captures,
+            moved,
         }
     }
 }
@@ -75,9 +82,11 @@ impl SensorSource for SimulatedSensor {
         };
         let due_ns = self.epoch_ns + frame.at_ns + frame.arrival_delay_ns.max(0);
         self.last_due_ns = self.last_due_ns.max(due_ns);
+        let moved = *self.moved.lock().unwrap();
+        let from_before = moved.map(|by| by.inverse());
         let body = |body: SimBody| SourceBody {
             tracking_id: body.tracking_id,
-            joints: body.joints,
+            joints: displaced(body.joints, from_before.as_ref()),
             orientations: Vec::new(),
         };
         let bodies: Vec<_> = frame.bodies.into_iter().map(body).collect();
@@ -91,4 +100,17 @@ impl SensorSource for SimulatedSensor {
             bodies,
         }))
     }
+}
+
+/// The joints as a sensor sees them from its new place. What is in view stays as it was: it moves by centimetres.
+fn displaced(
+    mut joints: Vec<Option<RawJoint>>,
+    from_before: Option<&Isometry3<f64>>,
+) -> Vec<Option<RawJoint>> {
+    if let Some(from_before) = from_before {
+        for joint in joints.iter_mut().flatten() {
+            joint.position = Position::from_point(from_before * joint.position.point());
+        }
+    }
+    joints
 }
