@@ -146,7 +146,9 @@ impl DriftMonitor {
     }
 
     /// Takes in what sensors saw of one person.
-    pub fn add(&mut self, comparison: Comparison) {
+    pub fn add(&mut self, mut comparison: Comparison) {
+        // Sums depend on their order by the last bit, and that can decide a look.
+        comparison.views.sort_by_key(|view| view.sensor);
         if self.window.len() == MAX_WINDOW {
             self.window.pop_front();
         }
