@@ -55,7 +55,13 @@ pub fn preset(name: &str) -> Option<Method> {
             config.fuse.swaps = *name == REFERENCE;
             config.stages.clear();
         }
-        "weighted" => config.fuse.method = FuseMethod::Weighted,
+        "weighted" => {
+            config.fuse.method = FuseMethod::Weighted;
+            config
+                .stages
+                .iter_mut()
+                .for_each(|stage| stage.set_enabled(true));
+        }
         other => {
             config.fuse.method = FuseMethod::Kalman;
             let ahead = match other {

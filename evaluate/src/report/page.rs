@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::svg::{escaped, number};
+use super::svg::{COLOURS, escaped, number};
 use super::{Group, Report, Run, plots};
 use crate::aims::Aim;
 use crate::methods::REFERENCE;
@@ -11,8 +11,6 @@ use crate::table::{Column, cell};
 use crate::versus::Versus;
 
 const STYLE: &str = include_str!("report.css");
-/// How many colours there are; methods beyond begin again.
-const COLOURS: usize = 8;
 /// With more groups than this, plots are drawn of the first only.
 const MOST_PLOTTED: usize = 6;
 
@@ -76,40 +74,63 @@ fn legend(report: &Report, page: &mut String) {
     page.push_str("</ul></section>\n");
 }
 
+/// The aims as rows, the rooms as columns.
 fn aims(aims: &[Aim], page: &mut String) {
     let met = aims.iter().filter(|aim| aim.met).count();
+    let (mut rooms, mut rows): (Vec<&str>, Vec<(&str, &str)>) = (Vec::new(), Vec::new());
+    for aim in aims {
+        if !rooms.contains(&aim.room.as_str()) {
+            rooms.push(&aim.room);
+        }
+        if !rows.contains(&(aim.figure.as_str(), aim.aim.as_str())) {
+            rows.push((&aim.figure, &aim.aim));
+        }
+    }
     push(
         page,
         format_args!(
             "<section><h2>Aims</h2><p class=soft>{met} of {} are met. A is the mean of the sensors with left and right \
-             put right, B the noise bound of the room.</p><div class=wide><table><thead><tr><th>room</th>\
-             <th style='text-align:left'>figure</th><th>measured</th><th>is</th><th>aim</th><th></th></tr></thead><tbody>",
+             put right, B the noise bound of the room.</p><div class=wide><table><thead><tr><th>figure</th><th>aim</th>",
             aims.len()
         ),
     );
-    for aim in aims {
-        let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
-        let verdict = if aim.met {
-            ("yes", "met")
-        } else {
-            ("no", "missed")
-        };
+    for room in &rooms {
+        push(page, format_args!("<th>{}</th>", escaped(room)));
+    }
+    page.push_str("</tr></thead><tbody>");
+    for (figure, limit) in rows {
         push(
             page,
             format_args!(
-                "<tr><td>{}</td><td class=left>{}</td><td>{} {}</td><td>{}</td><td>{}</td><td class={}>{}</td></tr>",
-                escaped(&aim.room),
-                escaped(&aim.figure),
-                shown(aim.measured),
-                escaped(aim.unit),
-                shown(aim.value),
-                escaped(&aim.aim),
-                verdict.0,
-                verdict.1
+                "<tr><td>{}</td><td>{}</td>",
+                escaped(figure),
+                escaped(limit)
             ),
         );
+        for room in &rooms {
+            let own = |aim: &&Aim| aim.room == *room && aim.figure == figure && aim.aim == limit;
+            let shown = aims.iter().find(own);
+            page.push_str(&shown.map_or_else(|| "<td>-</td>".to_owned(), aim_cell));
+        }
+        page.push_str("</tr>");
     }
     page.push_str("</tbody></table></div></section>\n");
+}
+
+fn aim_cell(aim: &Aim) -> String {
+    let (class, verdict) = if aim.met {
+        ("yes", "met")
+    } else {
+        ("no", "missed")
+    };
+    let measured = aim.measured.map_or_else(|| "-".to_owned(), number);
+    let value = aim
+        .value
+        .map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+    format!(
+        "<td class={class} title='{verdict}: {measured} {}'>{value} {verdict}</td>",
+        escaped(aim.unit)
+    )
 }
 
 fn side_by_side(all: &[Versus], page: &mut String) {

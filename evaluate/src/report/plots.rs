@@ -2,13 +2,15 @@
 
 use std::fmt::Write;
 
-use super::svg::{Axis, Plot, escaped, number};
+use super::svg::{Axis, COLOURS, Plot, escaped, number};
 use super::{Group, Run};
 
 const SIZE: [f64; 2] = [520.0, 300.0];
 const WIDE: [f64; 2] = [1060.0, 260.0];
 /// Shares beyond this are not drawn: a few gross errors would leave no room for all others.
 const CDF_TO: f64 = 0.98;
+/// What waits longer is not for live use, and stands at the edge of the plot.
+const LIVE_MS: f64 = 250.0;
 
 /// How large a share of the joints is off by no more than so many millimetres.
 pub(super) fn distribution(group: &Group, what: &str) -> String {
@@ -16,8 +18,12 @@ pub(super) fn distribution(group: &Group, what: &str) -> String {
         let points = run.cdf.iter().filter(|(_, share)| *share <= CDF_TO);
         points.map(|(mm, share)| (*mm, share * 100.0)).collect()
     };
-    let furthest = group.runs.iter().flat_map(shown).map(|(mm, _)| mm);
-    let x = Axis::from_zero(&format!("{what}, mm"), furthest);
+    let furthest = group
+        .runs
+        .iter()
+        .filter_map(|run| Some(shown(run).last()?.0));
+    let furthest = without_outlier(furthest.collect());
+    let x = Axis::from_zero(&format!("{what}, mm"), std::iter::once(furthest));
     let y = Axis {
         label: "share of joints, %".into(),
         low: 0.0,
@@ -29,6 +35,16 @@ pub(super) fn distribution(group: &Group, what: &str) -> String {
         plot.line(series, &run.method, &shown(run));
     }
     plot.finish()
+}
+
+/// The largest of `values`, but for one that would leave the others no room.
+fn without_outlier(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    match values.as_slice() {
+        [.., second, worst] if *worst > 2.0 * second => 1.4 * second,
+        [.., worst] => *worst,
+        [] => 0.0,
+    }
 }
 
 /// What steadiness costs in delay.
@@ -64,7 +80,11 @@ pub(super) fn jitter_and_delay(group: &Group) -> String {
             number(jitter),
             number(delay)
         );
-        plot.dot(series, &text, (delay, jitter), Some(&run.method));
+        let label = match delay <= LIVE_MS {
+            true => run.method.clone(),
+            false => format!("{} ({} ms)", run.method, number(delay)),
+        };
+        plot.dot(series, &text, (delay, jitter), &label);
     }
     plot.finish()
 }
@@ -73,10 +93,8 @@ pub(super) fn jitter_and_delay(group: &Group) -> String {
 pub(super) fn over_time(group: &Group) -> Option<String> {
     let all = || group.runs.iter().flat_map(|run| &run.over_time);
     all().next()?;
-    let mut values: Vec<f64> = all().map(|(_, mm)| *mm).collect();
-    values.sort_by(f64::total_cmp);
-    // One wild moment of one method would flatten all the rest.
-    let most = values[(values.len() - 1) * 98 / 100];
+    let largest = |run: &Run| run.over_time.iter().map(|(_, mm)| *mm).fold(0.0, f64::max);
+    let most = without_outlier(group.runs.iter().map(largest).collect());
     let x = Axis::from_zero("time, s", all().map(|(s, _)| *s));
     let y = Axis::from_zero("mean error, mm", std::iter::once(most));
     let mut plot = Plot::new("error over time", WIDE, x, y);
@@ -113,8 +131,9 @@ pub(super) fn by_joint(group: &Group) -> Option<String> {
             .filter_map(|(series, run)| {
                 let mm = run.all.by_joint_mm.get(joint)?;
                 Some(format!(
-                    "<i class=s{series} style='left:{:.2}%' title='{}: {} mm'></i>",
-                    100.0 * mm / worst,
+                    "<i class=s{} style='left:{:.2}%' title='{}: {} mm'></i>",
+                    series % COLOURS,
+                    (100.0 * mm / worst).min(100.0),
                     escaped(&run.method),
                     number(*mm)
                 ))

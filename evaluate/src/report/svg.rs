@@ -3,6 +3,12 @@
 
 use std::fmt::Write;
 
+/// How many colours there are; methods beyond begin again.
+pub(super) const COLOURS: usize = 8;
+/// Room of a label.
+const LABEL_WIDE: f64 = 110.0;
+const LABEL_HIGH: f64 = 13.0;
+
 /// Text that may stand in HTML and SVG, also in attributes.
 pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -96,6 +102,8 @@ pub(super) struct Plot {
     x: Axis,
     y: Axis,
     body: String,
+    /// Where labels stand.
+    labels: Vec<[f64; 2]>,
 }
 
 impl Plot {
@@ -107,6 +115,7 @@ impl Plot {
             x,
             y,
             body: format!("<title>{}</title>", escaped(title)),
+            labels: Vec::new(),
         };
         plot.axes();
         plot
@@ -176,30 +185,38 @@ impl Plot {
             );
         }
         if !path.is_empty() {
+            let colour = series % COLOURS;
             self.put(format_args!(
-                "<path class='line s{series}' d='{path}'><title>{}</title></path>",
+                "<path class='line s{colour}' d='{path}'><title>{}</title></path>",
                 escaped(name)
             ));
         }
     }
 
-    /// A dot with a text that shows when one points at it; `label` stands beside it.
-    pub(super) fn dot(&mut self, series: usize, name: &str, at: (f64, f64), label: Option<&str>) {
+    /// A dot with a text that shows when one points at it; `label` stands beside it, clear of earlier ones.
+    pub(super) fn dot(&mut self, series: usize, name: &str, at: (f64, f64), label: &str) {
         let [x, y] = self.at(at.0, at.1);
+        let colour = series % COLOURS;
         self.put(format_args!(
-            "<circle class='dot s{series}' cx={x:.1} cy={y:.1} r=5><title>{}</title></circle>",
+            "<circle class='dot s{colour}' cx={x:.1} cy={y:.1} r=5><title>{}</title></circle>",
             escaped(name)
         ));
-        if let Some(label) = label {
-            let right = x < self.size[0] * 0.8;
-            let (dx, anchor) = if right { (9.0, "start") } else { (-9.0, "end") };
-            self.put(format_args!(
-                "<text class=label x={:.1} y={:.1} text-anchor={anchor}>{}</text>",
-                x + dx,
-                y + 4.0,
-                escaped(label)
-            ));
+        let mut below = y + 4.0;
+        while self
+            .labels
+            .iter()
+            .any(|[lx, ly]| (lx - x).abs() < LABEL_WIDE && (ly - below).abs() < LABEL_HIGH)
+        {
+            below += LABEL_HIGH;
         }
+        self.labels.push([x, below]);
+        let right = x < self.size[0] * 0.75;
+        let (dx, anchor) = if right { (9.0, "start") } else { (-9.0, "end") };
+        self.put(format_args!(
+            "<text class=label x={:.1} y={below:.1} text-anchor={anchor}>{}</text>",
+            x + dx,
+            escaped(label)
+        ));
     }
 
     /// The drawing.
