@@ -145,29 +145,28 @@ const NOBODY: &str = "make a calibration from its walk (`posefuse calibrate --fr
                       --calibration room.toml";
 
 /// One group per material, after one of all together where there are several.
-pub(super) fn groups(
-    materials: &[Material],
-    methods: &[Method],
-    judged: &[Vec<Judged>],
-) -> Vec<Group> {
-    let run = |(index, method): (usize, &Method), of: &[Vec<Judged>]| {
-        Run::new(method, of.iter().filter_map(|runs| runs.get(index)))
-    };
-    let of = |name: String, note: String, of: &[Vec<Judged>]| Group {
-        name,
-        note,
-        runs: methods.iter().enumerate().map(|m| run(m, of)).collect(),
+pub(super) fn groups(methods: &[Method], judged: &[(&Material, Vec<Judged>)]) -> Vec<Group> {
+    let of = |name: String, note: String, of: &[(&Material, Vec<Judged>)]| {
+        let run = |(index, method): (usize, &Method)| {
+            Run::new(method, of.iter().filter_map(|(_, runs)| runs.get(index)))
+        };
+        Group {
+            name,
+            note,
+            runs: methods.iter().enumerate().map(run).collect(),
+        }
     };
     let mut groups = Vec::new();
-    if materials.len() > 1 {
-        let name = format!("all {} together", materials.len());
+    if judged.len() > 1 {
+        let name = format!("all {} together", judged.len());
         groups.push(of(name, String::new(), judged));
     }
-    for (material, runs) in materials.iter().zip(judged) {
+    for one in judged {
+        let material = one.0;
         groups.push(of(
             material.name.clone(),
             material.note.clone(),
-            std::slice::from_ref(runs),
+            std::slice::from_ref(one),
         ));
     }
     groups

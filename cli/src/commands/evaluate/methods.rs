@@ -16,7 +16,7 @@ pub(super) struct MethodArgs {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     methods: Vec<String>,
     /// Compare this configuration, too: a server's, whose `[fusion]` part is used. May be given several times
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    #[arg(long, value_name = "FILE")]
     config: Vec<PathBuf>,
 }
 

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use anyhow::bail;
 use clap::Args;
-use posefuse_evaluate::{RecordedTruth, Report, in_parallel, versus};
+use posefuse_evaluate::{Judged, RecordedTruth, Report, in_parallel, versus};
 use posefuse_fusion::Input;
 use posefuse_simulator::TruePerson;
 use posefuse_skeleton::{Calibration, Joint, Timestamp};
@@ -14,10 +15,10 @@ use super::material::{Inputs, Material, groups};
 use super::methods::MethodArgs;
 use super::shown::ShownArgs;
 use crate::commands::refuse::read_calibration;
-use crate::failure::{Outcome, usage};
+use crate::failure::{Outcome, in_words, usage};
 use crate::global::Global;
 use crate::takes_folder::{Located, TakesFolder};
-use crate::{progress, values};
+use crate::{output, progress, values};
 
 pub(super) const METHODS: [&str; 4] = ["menard", "weighted", "kalman", "offline"];
 
@@ -91,17 +92,20 @@ impl RunArgs {
             materials[index].judged(&methods, self.skip, &|| bar.inc(1))
         });
         bar.finish_and_clear();
-        let judged = judged.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+        let (judged, left_out) = usable(materials, judged)?;
         let with_truth = materials.iter().all(|m| !m.truth.is_empty());
+        if !left_out.is_empty() {
+            about.push(format!("Left out: {}.", left_out.join("; ")));
+        }
         about.push(match with_truth {
             true => "The truth is recorded with the takes.".to_owned(),
             false => "There is no truth: each sensor is left out in turn, and what it saw itself is compared with what \
                       the others make of it. With two sensors that is one against the other."
                 .to_owned(),
         });
-        let groups = groups(materials, &methods, &judged);
+        let groups = groups(&methods, &judged);
         let newest = methods.last().map_or("", |method| method.name.as_str());
-        let several = groups.get(1..).filter(|_| materials.len() > 1);
+        let several = groups.get(1..).filter(|_| judged.len() > 1);
         let versus = several.map_or_else(Vec::new, |takes| {
             let others = methods.iter().filter(|method| method.name != newest);
             others
@@ -117,8 +121,34 @@ impl RunArgs {
             ..Report::default()
         };
         self.shown.show(&report, global)?;
-        Ok(Outcome::Done)
+        Ok(match left_out.is_empty() {
+            true => Outcome::Done,
+            false => Outcome::DoneWithLoss,
+        })
     }
+}
+
+type Usable<'a> = Vec<(&'a Material, Vec<Judged>)>;
+
+/// Those that could be evaluated, and why the others could not. If none could, that is an error.
+fn usable(
+    materials: &[Material],
+    judged: Vec<anyhow::Result<Vec<Judged>>>,
+) -> anyhow::Result<(Usable<'_>, Vec<String>)> {
+    let (mut usable, mut problems) = (Vec::new(), Vec::new());
+    for (material, judged) in materials.iter().zip(judged) {
+        match judged {
+            Ok(judged) => usable.push((material, judged)),
+            Err(error) => problems.push(in_words(&error)),
+        }
+    }
+    if usable.is_empty() {
+        bail!("{}", problems.join("; "));
+    }
+    for problem in &problems {
+        output::warn(problem);
+    }
+    Ok((usable, problems))
 }
 
 /// A take, read anew for each method.
