@@ -228,8 +228,12 @@ impl Engine {
             Ok(admitted) => admitted,
             Err(reason) => return self.reject_frame(&observation, reason),
         };
+        let muted = self.sensor(id).is_some_and(|sensor| sensor.muted);
         let intake = &mut self.state.intake;
-        intake.arrived(id, time, observation.received, &self.config.intake);
+        // Nobody waits for a sensor that is left out.
+        if !muted {
+            intake.arrived(id, time, observation.received, &self.config.intake);
+        }
         if intake.is_late(time, &self.config.intake) {
             return self.reject_frame(&observation, RejectionReason::Late);
         }
@@ -257,7 +261,7 @@ impl Engine {
         for (total, new) in sensor.rejected.iter_mut().zip(rejected) {
             *total = total.saturating_add(new);
         }
-        if !fresh || sensor.muted {
+        if !fresh || muted {
             return;
         }
         let origin = place.room_from_sensor.origin().vector();

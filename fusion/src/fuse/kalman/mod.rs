@@ -427,3 +427,6 @@ const HALF: [Option<usize>; JOINT_COUNT] = {
     }
     table
 };
+
+#[cfg(test)]
+mod tests;
