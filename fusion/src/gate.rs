@@ -246,10 +246,9 @@ impl Pose {
 
     /// Whether `other` has the same joints at the same places.
     fn is_repeated_by(&self, other: &Self) -> bool {
-        let same = |(a, b): (&(Joint, Vector3<f64>), &(Joint, Vector3<f64>))| {
-            a.0 == b.0 && (a.1 - b.1).amax() <= REPEAT_M
-        };
-        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(same)
+        let mut pairs = self.0.iter().zip(&other.0);
+        self.0.len() == other.0.len()
+            && pairs.all(|(a, b)| a.0 == b.0 && (a.1 - b.1).amax() <= REPEAT_M)
     }
 }
 
