@@ -1,20 +1,31 @@
 //! How soon a moved sensor is named, and how often an innocent one is.
 //!
-//! `cargo run --release -p posefuse-calibration --example drift [rooms] [hours] [harsh]`: in each of so many rooms per motion
-//! (3) a real calibration of 30 s and three minutes of learning, then each of the four sensors is moved in eight ways; then
-//! so many simulated hours (8) in which nothing moves. Sensors give 10 frames a second. `harsh`: biases of single
-//! sensors, swaps that are no mirrors and repeated frames on top.
+//! `cargo run --release -p posefuse-calibration --example drift [rooms] [hours] [usual|harsh] [first] [setup]`: in each of
+//! so many rooms per motion (3) a real calibration of 30 s and three minutes of learning, then each of the four sensors is
+//! moved in eight ways; then so many simulated hours (8) in which nothing moves, in rings and arcs of 2 to 6, from room
+//! number `first` (0) on, or in one of those setups only. No rooms per motion: only the hours. Sensors give 10 frames a
+//! second. `harsh`: biases of single sensors, swaps that are no mirrors and repeated frames on top.
 //!
 //! A sensor can be found out only while it sees somebody whom another sees, too: such seconds are counted.
 
 mod room;
 
+use std::time::Instant;
+
 use nalgebra::Vector3;
 use posefuse_calibration::SensorDrift;
-use posefuse_simulator::SensorErrors;
+use posefuse_simulator::{Layout, SensorErrors};
 use room::{Motion, Move, Room, id};
 
-const SENSORS: usize = 4;
+const SETUP: (Layout, usize) = (Layout::Ring, 4);
+const SENSORS: usize = SETUP.1;
+/// Where nothing moves: the usual room and others.
+const SETUPS: [(Layout, usize); 4] = [
+    SETUP,
+    (Layout::Arc, 3),
+    (Layout::Ring, 2),
+    (Layout::Ring, 6),
+];
 const RATE_HZ: f64 = 10.0;
 /// How long nothing moves first, and how long is waited for an alarm, seconds.
 const LEARNING_S: f64 = 180.0;
@@ -35,14 +46,17 @@ fn main() {
         Some("harsh") => SensorErrors::harsh(),
         _ => SensorErrors::default(),
     };
-    cost(&errors);
-    moves(rooms, &errors);
-    quiet(hours, &errors);
+    if rooms > 0 {
+        cost(&errors);
+        moves(rooms, &errors);
+    }
+    let only = args.get(4).map(|_| number(4, 0.0) as u64);
+    quiet(hours, number(3, 0.0) as u64, only, &errors);
 }
 
 /// What comparing costs the engine, and a look the monitor: the same minute with and without, in turns.
 fn cost(errors: &SensorErrors) {
-    let mut room = Room::new(1, SENSORS, 30.0, Motion::TwoPeople, errors.clone());
+    let mut room = Room::new(1, SETUP, 30.0, Motion::TwoPeople, errors.clone());
     let minute = room.record(60.0);
     let mut best_s = [f64::INFINITY; 2];
     let (mut look_s, mut looks) = (0.0, 0);
@@ -100,11 +114,13 @@ struct Tally {
     innocent: usize,
     shift_mm: Vec<f64>,
     turn_deg: Vec<f64>,
+    /// Median distance to the others over what is usual.
+    residual: Vec<f64>,
 }
 
 fn moves(rooms: u64, errors: &SensorErrors) {
     println!(
-        "{:<14}{:<18}{:>6}{:>8}{:>10}{:>8}{:>8}{:>10}{:>18}{:>20}",
+        "{:<14}{:<18}{:>6}{:>8}{:>10}{:>8}{:>8}{:>10}{:>18}{:>20}{:>10}",
         "people",
         "move",
         "moves",
@@ -114,12 +130,13 @@ fn moves(rooms: u64, errors: &SensorErrors) {
         "worst",
         "innocent",
         "shift found (mm)",
-        "turn found (deg)"
+        "turn found (deg)",
+        "residual"
     );
     for motion in Motion::ALL.into_iter().filter(|m| *m != Motion::Nobody) {
         let mut tallies: Vec<Tally> = ways().iter().map(|_| Tally::default()).collect();
         for seed in 1..=rooms {
-            let mut room = Room::new(seed, SENSORS, RATE_HZ, motion, errors.clone());
+            let mut room = Room::new(seed, SETUP, RATE_HZ, motion, errors.clone());
             for slot in room.record(LEARNING_S) {
                 room.brain.run(&slot, None, &mut |_, _| {});
             }
@@ -170,6 +187,7 @@ fn one_move(room: &Room, future: &[room::Slot], sensor: usize, by: Move, tally: 
     if let Some(last) = last {
         tally.shift_mm.push(last.moved_m * 1e3);
         tally.turn_deg.push(last.turned_rad.to_degrees());
+        tally.residual.push(last.residual_m / last.usual_m);
     }
 }
 
@@ -178,13 +196,14 @@ impl Tally {
         let median = middle(&mut self.named_s);
         let worst = self.named_s.last().copied().unwrap_or(f64::NAN);
         println!(
-            "{motion:<14}{name:<18}{:>6}{:>8}{:>10}{median:>7.0}s{worst:>7.0}s{:>10}{:>18.0}{:>20.2}{}",
+            "{motion:<14}{name:<18}{:>6}{:>8}{:>10}{median:>7.0}s{worst:>7.0}s{:>10}{:>18.0}{:>20.2}{:>8.2} x{}",
             self.moves,
             self.named_s.len(),
             self.in_time,
             self.innocent,
             middle(&mut self.shift_mm),
             middle(&mut self.turn_deg),
+            middle(&mut self.residual),
             match self.either {
                 0 => String::new(),
                 some => format!("  ({some} as one of two)"),
@@ -193,45 +212,78 @@ impl Tally {
     }
 }
 
-/// Nothing moves.
-fn quiet(hours: f64, errors: &SensorErrors) {
+/// Nothing moves: every way of moving in every kind of room, then the same with other seeds.
+fn quiet(hours: f64, first: u64, only: Option<u64>, errors: &SensorErrors) {
     let rooms = (hours * 60.0 / ROOM_MIN).ceil() as u64;
-    let (mut false_alarms, mut looked_s) = (0_u64, 0.0);
-    let mut worst: f64 = 0.0;
-    for room in 0..rooms {
-        let motion = Motion::ALL[(room % Motion::ALL.len() as u64) as usize];
-        let mut room = Room::new(1000 + room, SENSORS, RATE_HZ, motion, errors.clone());
-        let mut alarmed = Vec::new();
-        for _ in 0..(ROOM_MIN * 60.0) as usize {
-            for slot in room.record(1.0) {
-                room.brain.run(&slot, None, &mut |time_s, drifts| {
-                    for drift in drifts.iter().filter(|drift| drift.alarm) {
-                        if !alarmed.contains(&drift.sensor) {
-                            println!(
-                                "  false alarm: {} at {time_s:.0} s: {drift:?}",
-                                motion.name()
-                            );
-                            false_alarms += 1;
-                        }
-                    }
-                    alarmed = drifts
-                        .iter()
-                        .filter(|d| d.alarm)
-                        .map(|d| d.sensor)
-                        .collect();
-                    let settled = drifts.iter().filter(|_| time_s > LEARNING_S);
-                    worst = settled.map(|d| d.significance).fold(worst, f64::max);
-                    looked_s += if drifts.is_empty() { 0.0 } else { 1.0 };
-                });
-            }
-        }
+    let mut sum = Quiet::default();
+    let began = Instant::now();
+    for number in first..first + rooms {
+        let (motions, setups) = (Motion::ALL.len() as u64, SETUPS.len() as u64);
+        let motion = Motion::ALL[(number % motions) as usize];
+        let setup = SETUPS[(only.unwrap_or(number / motions) % setups) as usize];
+        let seed = 1 + number / motions;
+        let mut room = Room::new(seed, setup, RATE_HZ, motion, errors.clone());
+        let found = quiet_room(&mut room);
+        println!(
+            "  seed {seed}, {} in {:?}, {}: in view {:.0} s, {} false alarms, furthest from nothing {:.1}, residual up to {:.2} x",
+            setup.1,
+            setup.0,
+            motion.name(),
+            found.looked_s,
+            found.false_alarms,
+            found.worst,
+            found.residual
+        );
+        sum.false_alarms += found.false_alarms;
+        sum.looked_s += found.looked_s;
+        sum.worst = sum.worst.max(found.worst);
+        sum.residual = sum.residual.max(found.residual);
     }
     println!(
-        "{:.1} h in which nothing moved ({rooms} rooms of {ROOM_MIN} min, people in view for {:.1} h): {false_alarms} false \
-         alarms; furthest from nothing {worst:.1} standard deviations",
+        "{:.1} h in which nothing moved ({rooms} rooms of {ROOM_MIN} min, people in view for {:.1} h): {} false alarms; \
+         furthest from nothing {:.1} standard deviations; residual up to {:.2} x what is usual; {:.0} s of computing",
         rooms as f64 * ROOM_MIN / 60.0,
-        looked_s / 3600.0
+        sum.looked_s / 3600.0,
+        sum.false_alarms,
+        sum.worst,
+        sum.residual,
+        began.elapsed().as_secs_f64()
     );
+}
+
+#[derive(Default)]
+struct Quiet {
+    false_alarms: u64,
+    looked_s: f64,
+    /// Largest significance once something has been learnt.
+    worst: f64,
+    /// Largest median distance over what is usual, then.
+    residual: f64,
+}
+
+fn quiet_room(room: &mut Room) -> Quiet {
+    let mut found = Quiet::default();
+    let mut alarmed = Vec::new();
+    for _ in 0..(ROOM_MIN * 60.0) as usize {
+        for slot in room.record(1.0) {
+            room.brain.run(&slot, None, &mut |time_s, drifts| {
+                for drift in drifts.iter().filter(|drift| drift.alarm) {
+                    if !alarmed.contains(&drift.sensor) {
+                        println!("  false alarm at {time_s:.0} s: {drift:?}");
+                        found.false_alarms += 1;
+                    }
+                }
+                let alarms = drifts.iter().filter(|d| d.alarm);
+                alarmed = alarms.map(|d| d.sensor).collect();
+                for drift in drifts.iter().filter(|_| time_s > LEARNING_S) {
+                    found.worst = found.worst.max(drift.significance);
+                    found.residual = found.residual.max(drift.residual_m / drift.usual_m);
+                }
+                found.looked_s += if drifts.is_empty() { 0.0 } else { 1.0 };
+            });
+        }
+    }
+    found
 }
 
 fn middle(values: &mut [f64]) -> f64 {

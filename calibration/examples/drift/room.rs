@@ -9,7 +9,7 @@ use posefuse_calibration::{
 };
 use posefuse_fusion::{ClockSample, Config, Engine, Input, Output};
 use posefuse_simulator::motion::Clip;
-use posefuse_simulator::{Scenario, SensorErrors, SimFrame, SimSensor, World};
+use posefuse_simulator::{Layout, Scenario, SensorErrors, SimFrame, SimSensor, World};
 use posefuse_skeleton::{
     Body, Calibration, JointSet, JointState, Observation, Position, SensorId, SensorInfo, Timestamp,
 };
@@ -91,13 +91,14 @@ pub(crate) fn id(index: usize) -> SensorId {
 impl Room {
     pub(crate) fn new(
         seed: u64,
-        sensors: usize,
+        (layout, sensors): (Layout, usize),
         rate_hz: f64,
         motion: Motion,
         errors: SensorErrors,
     ) -> Self {
         let scenario = Scenario {
             seed,
+            layout,
             people: match motion {
                 Motion::TwoPeople => 2,
                 _ => 1,

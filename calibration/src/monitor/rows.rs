@@ -62,7 +62,8 @@ pub(super) fn rows(
     if views.len() < 2 {
         return None;
     }
-    let mut joints: Vec<Vec<Seen>> = vec![Vec::with_capacity(views.len()); JOINT_COUNT];
+    let mut joints: [Vec<Seen>; JOINT_COUNT] =
+        std::array::from_fn(|_| Vec::with_capacity(views.len()));
     for (index, (view, stand)) in views.iter().enumerate() {
         let motion = moved.get(&view.sensor);
         for (joint, position) in view.joints.iter() {

@@ -65,13 +65,14 @@ impl Comparer {
             if known.is_some_and(|at| time.since_ns(self.last[at].1) < SPACING_NS) {
                 continue;
             }
-            let Some(comparison) = compare(id, track, time, sensors, trusted) else {
-                continue;
-            };
+            // A look in vain counts, too: who is seen by one sensor only is not looked at in every frame.
             match known {
                 Some(at) => self.last[at].1 = time,
                 None => self.last.push((id, time)),
             }
+            let Some(comparison) = compare(id, track, time, sensors, trusted) else {
+                continue;
+            };
             if self.waiting.len() == MAX_WAITING {
                 self.waiting.pop_front();
             }
@@ -93,6 +94,9 @@ fn compare(
         newest.is_some_and(|newest| now.since_ns(newest) <= PRESENT_NS)
     };
     let sources: Vec<&Source> = track.sources.iter().filter(present).collect();
+    if sources.len() < 2 {
+        return None;
+    }
     let time = sources.iter().filter_map(|source| source.newest()).min()?;
     let view = |source: &&Source| {
         let sensor = sensors.get(source.sensor.index())?.as_ref()?;
