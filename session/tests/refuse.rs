@@ -5,12 +5,13 @@ mod support;
 
 use std::sync::Arc;
 
-use posefuse_fusion::{Config, FuseMethod};
+use nalgebra::Vector3;
+use posefuse_fusion::{Config, FuseMethod, Input};
 use posefuse_session::{
     Catalogue, Event, MemoryStorage, RefuseOptions, Storage, TakeError, TakeReader, Topic, recover,
     refuse,
 };
-use posefuse_skeleton::Timestamp;
+use posefuse_skeleton::{Joint, Position, RoomFrame, Timestamp};
 use support::{BUILD, as_file, calibration, record};
 
 fn same() -> RefuseOptions {
@@ -317,4 +318,123 @@ fn frames_that_the_recording_lacks_are_told_apart_from_others() {
     assert_eq!((info.dropped, info.dropped_outputs), (2, lacking + 1));
     let report = refuse(&storage, "t", &same(), &mut |_| {}).unwrap();
     assert!(report.identical && report.lacking == lacking, "{report:?}");
+}
+
+/// Records `seconds` of one person from second 1 on, seen by sensors that shake by about a centimetre.
+fn record_noisy(storage: &Arc<dyn Storage>, seconds: f64) {
+    let mut recorder = support::Recorder::new();
+    let mut seed = 1_u64;
+    let mut noise = || {
+        let mut roll = || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        Vector3::new(roll(), roll(), roll()) * 0.03
+    };
+    let from = Timestamp::from_seconds(1.0);
+    for mut input in support::arrivals(seconds, 1) {
+        if let Input::Observation(seen) = &mut input {
+            for body in &mut seen.bodies {
+                for joint in Joint::ALL {
+                    if let Some(state) = &mut body.skeleton[joint] {
+                        // Agents send single precision.
+                        let shaken = state.position.vector() + noise();
+                        let sent = shaken.map(|metres| f64::from(metres as f32));
+                        state.position = Position::from_vector(sent);
+                    }
+                }
+            }
+        }
+        if recorder.writer.is_none() && support::time_of(&input) >= from {
+            recorder.begin(storage, "t", from, Default::default());
+        }
+        recorder.arrive(input);
+    }
+    recorder.writer.take().unwrap().finish().unwrap();
+}
+
+/// RMS error (metres) and RMS second difference (m/s^2) of all joints, from second 2 on.
+fn error_and_jitter(frames: &[RoomFrame]) -> [f64; 2] {
+    let place = |frame: &RoomFrame, joint: Joint| {
+        let track = frame.tracks.first()?;
+        Some(track.skeleton.position(joint)?.vector())
+    };
+    let (mut sums, mut counts) = ([0.0; 2], [0.0; 2]);
+    let frames = frames.iter().filter(|frame| frame.time.seconds() > 2.0);
+    let frames: Vec<_> = frames.collect();
+    for w in frames.windows(3) {
+        let spans = [1, 2].map(|i| w[i].time.since_seconds(w[i - 1].time));
+        for joint in Joint::ALL {
+            let truth = support::person_at(0, w[1].time, joint).vector();
+            if let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(|i| place(w[i], joint)) {
+                let change = (c - b) / spans[1] - (b - a) / spans[0];
+                sums[0] += (b - truth).norm_squared();
+                sums[1] += (change * 2.0 / (spans[0] + spans[1])).norm_squared();
+                counts = counts.map(|count| count + 1.0);
+            }
+        }
+    }
+    assert!(counts[0] > 1000.0, "{counts:?}");
+    [0, 1].map(|i| f64::sqrt(sums[i] / counts[i]))
+}
+
+#[test]
+fn smoothing_a_take_changes_where_joints_are_and_nothing_else() {
+    let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::new());
+    record_noisy(&storage, 9.0);
+    let smooth = |name: &str| {
+        let options = RefuseOptions {
+            smooth: true,
+            name: Some(name.into()),
+            ..same()
+        };
+        refuse(&storage, "t", &options, &mut |_| {}).unwrap()
+    };
+    let report = smooth("smooth");
+    assert!(!report.identical && report.from_snapshot, "{report:?}");
+    smooth("again");
+    assert_eq!(
+        frames_of(&*storage, "smooth"),
+        frames_of(&*storage, "again")
+    );
+
+    let decoded = |name: &str| -> Vec<RoomFrame> {
+        let take = TakeReader::open(&*storage, name).unwrap();
+        take.frames().map(Result::unwrap).collect()
+    };
+    let (live, smoothed) = (decoded("t"), decoded("smooth"));
+    // The room was still looking ahead when recording ended.
+    let waited = Config::default().look_ahead_frames();
+    assert_eq!(smoothed.len(), live.len() + waited);
+    assert!(live.len() > 200);
+    for (live, smoothed) in live.iter().zip(&smoothed) {
+        assert_eq!((live.number, live.time), (smoothed.number, smoothed.time));
+        assert_eq!(live.tracks.len(), smoothed.tracks.len());
+        for (live, smoothed) in live.tracks.iter().zip(&smoothed.tracks) {
+            let who = |track: &posefuse_skeleton::Track| (track.id, track.since, track.sensors);
+            assert_eq!(who(live), who(smoothed));
+            for joint in Joint::ALL {
+                let [live, smoothed] = [live, smoothed].map(|track| track.skeleton[joint].as_ref());
+                let from = |state: Option<&posefuse_skeleton::JointState<_>>| {
+                    state.map(|state| (state.provenance, state.confidence))
+                };
+                assert_eq!(from(live), from(smoothed), "{joint}");
+            }
+        }
+    }
+    let ([was_m, shook], [is_m, shakes]) = (error_and_jitter(&live), error_and_jitter(&smoothed));
+    println!("live {was_m} m, {shook} m/s^2; smoothed {is_m} m, {shakes} m/s^2");
+    assert!(is_m < was_m, "{is_m} m, live {was_m} m");
+    assert!(shakes < 0.8 * shook, "{shakes} m/s^2, live {shook}");
+
+    // Its inputs are all there: without smoothing it gives the recorded frames again.
+    let options = RefuseOptions {
+        name: Some("back".into()),
+        ..same()
+    };
+    let back = refuse(&storage, "smooth", &options, &mut |_| {}).unwrap();
+    assert!(back.from_snapshot, "{back:?}");
+    assert_eq!(frames_of(&*storage, "back"), frames_of(&*storage, "t"));
 }

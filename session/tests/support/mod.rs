@@ -43,7 +43,7 @@ fn rest(joint: Joint) -> Vector3<f64> {
     Vector3::new(0.0, y, z)
 }
 
-fn person_at(person: usize, time: Timestamp, joint: Joint) -> Position<Room> {
+pub fn person_at(person: usize, time: Timestamp, joint: Joint) -> Position<Room> {
     let phase = time.seconds() * 0.8 + person as f64 * 3.1;
     let turn = UnitQuaternion::from_euler_angles(0.0, 0.0, phase + 1.57);
     let centre = Vector3::new(0.9 * phase.cos(), 0.9 * phase.sin(), 0.0);
