@@ -88,7 +88,10 @@ pub enum SourceError {
 /// Which source, and its settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
-#[allow(clippy::large_enum_variant, reason = "an agent has one, and hardly moves it")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "an agent has one, and hardly moves it"
+)]
 pub enum SourceConfig {
     /// One sensor of a simulated room.
     Sim(SimConfig),
