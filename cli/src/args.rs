@@ -3,8 +3,8 @@
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    agent, calibrate, calibrations, completions, demo, doctor, evaluate, record, refuse, server, simulate, takes,
-    watch,
+    agent, calibrate, calibrations, completions, demo, doctor, evaluate, record, refuse, server,
+    simulate, takes, watch,
 };
 use crate::global::Global;
 

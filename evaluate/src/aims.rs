@@ -126,9 +126,9 @@ const WANTED: [Wanted; 9] = [
     ),
     wanted(
         "kalman-1",
-        "left and right are right",
+        "swaps found out",
         "%",
-        |m| m.sides_right.map(|share| share * 100.0),
+        |m| m.swaps_right.map(|share| share * 100.0),
         Against::AtLeast,
         99.5,
     ),

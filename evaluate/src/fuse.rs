@@ -2,35 +2,44 @@
 
 use std::time::{Duration, Instant};
 
-use posefuse_fusion::{Config, Engine, Input, Output};
+use posefuse_fusion::{Engine, Input, Output};
 use posefuse_skeleton::{RoomFrame, Timestamp};
 
+use crate::methods::Method;
+
+/// Smoothing goes back over so many frames at a time, and no frame but the last ones is smoothed by less: 3 s at 30 Hz.
+const SMOOTH_FRAMES: usize = 90;
+
 /// Lets a new engine have `inputs`, with ticks at its own deadlines between them; ticks among the inputs only tell the
-/// time. `give` gets every frame, in order. Returns how long the engine worked.
+/// time. `give` gets every frame, in order; of a method that smooths also those that wait for newer ones at the end.
+/// Returns how long the engine worked.
 pub fn fuse(
-    config: &Config,
+    method: &Method,
     inputs: impl IntoIterator<Item = (Timestamp, Input)>,
     give: &mut dyn FnMut(RoomFrame),
 ) -> Duration {
     let inputs = inputs.into_iter().map(|(time, input)| (time, Ok(input)));
-    fuse_watched(config, inputs, |_, _| {}, give)
+    fuse_watched(method, inputs, |_, _| {}, give)
 }
 
-/// Like [`fuse`]; an input that is an `Err` is withheld from the engine, and `watch` sees every input just before the
-/// engine would, with the engine.
+/// Like [`fuse`]; an input that is an `Err` is withheld from the engine, and `watch` sees every input just after the
+/// engine had it or would have had it, with the engine.
 pub(crate) fn fuse_watched(
-    config: &Config,
+    method: &Method,
     inputs: impl IntoIterator<Item = (Timestamp, Result<Input, Input>)>,
     mut watch: impl FnMut(&Engine, &Input),
     give: &mut dyn FnMut(RoomFrame),
 ) -> Duration {
     let mut busy = Duration::ZERO;
     let mut frames = Vec::new();
-    let mut engine = Engine::new(config.clone());
+    let mut engine = Engine::new(method.config.clone());
+    if method.smooth {
+        engine.smooth_over(SMOOTH_FRAMES);
+    }
     let mut deadline = drain(&mut engine, &mut frames);
     for (time, input) in inputs {
         let (Ok(shown) | Err(shown)) = &input;
-        watch(&engine, shown);
+        let shown = shown.clone();
         let begun = Instant::now();
         let mut last = None;
         // A deadline that does not move on would never end.
@@ -46,7 +55,15 @@ pub(crate) fn fuse_watched(
             deadline = drain(&mut engine, &mut frames);
         }
         busy += begun.elapsed();
+        watch(&engine, &shown);
         frames.drain(..).for_each(&mut *give);
+    }
+    if method.smooth {
+        let begun = Instant::now();
+        engine.finish();
+        drain(&mut engine, &mut frames);
+        busy += begun.elapsed();
+        frames.drain(..).for_each(give);
     }
     busy
 }

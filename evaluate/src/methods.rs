@@ -13,13 +13,12 @@ pub struct Method {
     pub config: Config,
     /// Whether it knows only where the sensors stand, and not what else a calibration finds.
     pub poses_only: bool,
+    /// Whether every frame is smoothed by what came after it, as takes are that are fused again: not for live use.
+    pub smooth: bool,
 }
 
 /// The name of reference A: Menard's mean, left and right put right.
 pub const REFERENCE: &str = "menard";
-
-/// How many newer frames `offline` waits for: what is further away tells a filter of people nothing more.
-const OFFLINE_FRAMES: usize = 30;
 
 /// The names that [`preset`] knows, and what they are.
 pub const PRESETS: [(&str, &str); 8] = [
@@ -40,7 +39,7 @@ pub const PRESETS: [(&str, &str); 8] = [
     ("kalman-1", "the filter, one frame of look-ahead"),
     (
         "offline",
-        "the filter, a second of look-ahead: for takes that are fused again",
+        "the filter, each frame smoothed by all that came after it: takes that are fused again",
     ),
     ("kalman-3", "the filter, three frames of look-ahead"),
 ];
@@ -64,12 +63,11 @@ pub fn preset(name: &str) -> Option<Method> {
         }
         other => {
             config.fuse.method = FuseMethod::Kalman;
-            let ahead = match other {
-                "offline" => Some(OFFLINE_FRAMES),
-                other => other.strip_prefix("kalman-").and_then(|n| n.parse().ok()),
-            };
+            let ahead = other.strip_prefix("kalman-").and_then(|n| n.parse().ok());
             if let Some(ahead) = ahead {
                 config.fuse.look_ahead = ahead;
+            }
+            if ahead.is_some() || other == "offline" {
                 // Waiting is the filter's alone.
                 config
                     .stages
@@ -84,5 +82,6 @@ pub fn preset(name: &str) -> Option<Method> {
         about: (*about).to_owned(),
         config,
         poses_only: matches!(*name, "mean" | REFERENCE),
+        smooth: *name == "offline",
     })
 }

@@ -66,6 +66,9 @@ pub struct Metrics {
     pub tracks_extra: Option<f64>,
     /// Share of followed people, over all frames, whose left and right are right.
     pub sides_right: Option<f64>,
+    /// Share of people's bodies in sensors' frames whose left and right, of arms and of legs, the engine took for
+    /// exchanged exactly where they were; from the first frame on, as soon as somebody is followed.
+    pub swaps_right: Option<f64>,
     /// Leave-one-sensor-out: how far a sensor's trusted joints are from what the other sensors make of them.
     pub left_out: ErrorSpread,
     /// The median of that for each sensor of each run, mean over them, mm.
@@ -124,6 +127,7 @@ impl From<&Tally> for Metrics {
             people_missed: share(tally.missed, tally.people_frames),
             tracks_extra: share(tally.extra, tally.track_frames),
             sides_right: tally.sides_right.mean(),
+            swaps_right: tally.swaps_right.mean(),
             left_out: spread(&tally.left_out),
             left_out_median_mm: mean(&tally.left_out_medians).map(|metres| metres * 1e3),
             left_out_sides: tally.left_out_sides.mean(),

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use posefuse_fusion::{ClockSample, Input};
-use posefuse_simulator::{SimBody, SimFrame, SimSensor, World};
+use posefuse_simulator::{BodyTruth, SimBody, SimFrame, SimSensor, World};
 use posefuse_skeleton::{
     Body, Calibration, Confidence, JointSet, JointState, Observation, Position, RawJoint, SensorId,
     SensorIdError, SensorInfo, Timestamp,
@@ -29,6 +29,8 @@ pub struct SimulatedRoom {
     sensors: Vec<Feed>,
     greeted: usize,
     end_ns: i64,
+    /// Of the bodies in the observation given last.
+    truth: Vec<BodyTruth>,
 }
 
 /// What comes next from one sensor.
@@ -36,6 +38,8 @@ struct Feed {
     info: SensorInfo,
     sensor: SimSensor,
     frame: SimFrame,
+    /// Of the bodies in `frame`.
+    truth: Vec<BodyTruth>,
     probes: i64,
 }
 
@@ -55,6 +59,7 @@ impl SimulatedRoom {
                     joint_set: JointSet::KinectV2,
                 },
                 frame: next_frame(&mut sensor),
+                truth: sensor.truth().to_vec(),
                 sensor,
                 probes: 0,
             })
@@ -65,6 +70,7 @@ impl SimulatedRoom {
                 .map(feed)
                 .collect::<Result<_, SensorIdError>>()?,
             greeted: 0,
+            truth: Vec::new(),
             end_ns: (seconds * 1e9).round() as i64,
         })
     }
@@ -72,6 +78,11 @@ impl SimulatedRoom {
     /// The room's sensors.
     pub fn sensors(&self) -> impl Iterator<Item = &SensorInfo> {
         self.sensors.iter().map(|feed| &feed.info)
+    }
+
+    /// Whose the bodies of the observation given last are, and which of them have left and right exchanged.
+    pub fn body_truth(&self) -> &[BodyTruth] {
+        &self.truth
     }
 
     /// Seconds of the scenario at a server time.
@@ -118,6 +129,7 @@ impl Iterator for SimulatedRoom {
         let input = if is_probe {
             Input::ClockSample(feed.probe(&world, index))
         } else {
+            self.truth.clone_from(&feed.truth);
             Input::Observation(feed.observation())
         };
         Some((server(at_ns), input))
@@ -151,6 +163,7 @@ impl Feed {
     fn observation(&mut self) -> Observation {
         let received = server(self.arrives_ns());
         let frame = std::mem::replace(&mut self.frame, next_frame(&mut self.sensor));
+        self.truth = self.sensor.truth().to_vec();
         let body = |body: &SimBody| observed_body(&self.info, body.tracking_id, &body.joints);
         Observation {
             sensor: self.info.id,

@@ -4,17 +4,18 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use posefuse_fusion::Input;
-use posefuse_simulator::{Layout, Scenario, SensorErrors, World, WorldError};
-use posefuse_skeleton::{Calibration, JointMap, SensorIdError, Timestamp};
+use posefuse_fusion::{Engine, Input};
+use posefuse_simulator::{BodyTruth, Layout, Scenario, SensorErrors, World, WorldError};
+use posefuse_skeleton::{Calibration, JointMap, Observation, SensorId, SensorIdError, Timestamp};
 use thiserror::Error;
 
-use crate::fuse::fuse;
+use crate::fuse::fuse_watched;
 use crate::judge::{Judge, Judged};
 use crate::methods::Method;
 use crate::parallel::in_parallel;
 use crate::report::{Group, Run};
 use crate::room::SimulatedRoom;
+use crate::tally::Mean;
 use crate::truth::SimulatedTruth;
 
 /// A room that is simulated once per seed.
@@ -178,7 +179,7 @@ impl Suite<'_> {
             joint_offsets_m: BTreeMap::new(),
             ..calibration.clone()
         };
-        let inputs: Vec<(Timestamp, Input)> = SimulatedRoom::new(&world, self.seconds)?.collect();
+        let (inputs, bodies) = inputs_and_bodies(&world, self.seconds)?;
         let truth = SimulatedTruth::new(&world, self.seconds);
         let from = SimulatedRoom::server_time(self.skip_s);
         let bound = truth.noise_bound_m(self.skip_s);
@@ -190,9 +191,24 @@ impl Suite<'_> {
             let first = (Timestamp::ZERO, Input::Calibration(Arc::new(calibration)));
             let all = std::iter::once(first).chain(inputs.iter().cloned());
             let mut judge = Judge::new(Some(&truth), from);
-            let busy = fuse(&settings.config, all, &mut |frame| judge.add(frame));
+            let mut swaps = Mean::default();
+            let busy = fuse_watched(
+                settings,
+                all.map(|(time, input)| (time, Ok(input))),
+                |engine, input| {
+                    if let Input::Observation(observation) = input {
+                        count_swaps(engine, observation, &bodies, &mut swaps);
+                    }
+                },
+                &mut |frame| judge.add(frame),
+            );
             let mut judged = judge.finish();
             let tally = &mut judged.tally;
+            tally.swaps_right = swaps;
+            if settings.smooth {
+                // No such frame was ever waited for.
+                tally.look_ahead = Mean::default();
+            }
             tally.busy_s = busy.as_secs_f64();
             tally.live_s = self.seconds;
             if let Some(bound) = bound {
@@ -206,5 +222,40 @@ impl Suite<'_> {
             }
         };
         Ok(self.methods.iter().enumerate().map(cell).collect())
+    }
+}
+
+/// What is true of the bodies of each observation, by its sensor and number.
+type Bodies = BTreeMap<(SensorId, u64), Vec<BodyTruth>>;
+
+/// The inputs of a room, and what is true of the bodies in its observations.
+fn inputs_and_bodies(
+    world: &Arc<World>,
+    seconds: f64,
+) -> Result<(Vec<(Timestamp, Input)>, Bodies), SensorIdError> {
+    let mut room = SimulatedRoom::new(world, seconds)?;
+    let (mut inputs, mut bodies) = (Vec::new(), Bodies::new());
+    while let Some((time, input)) = room.next() {
+        if let Input::Observation(observation) = &input {
+            let key = (observation.sensor, observation.sequence);
+            bodies.insert(key, room.body_truth().to_vec());
+        }
+        inputs.push((time, input));
+    }
+    Ok((inputs, bodies))
+}
+
+/// Counts, for each body that a sensor reports of a person and that the engine follows, whether its arms and its legs
+/// are both taken as they are: exchanged where they are, and not where they are not.
+fn count_swaps(engine: &Engine, observation: &Observation, bodies: &Bodies, swaps: &mut Mean) {
+    let labels = engine.labels();
+    let truths = bodies.get(&(observation.sensor, observation.sequence));
+    for body in truths.into_iter().flatten() {
+        let own = |taken: &&posefuse_fusion::BodyLabels| {
+            (taken.sensor, taken.tracking_id) == (observation.sensor, body.tracking_id)
+        };
+        if let (Some(_), Some(taken)) = (body.person, labels.iter().find(own)) {
+            swaps.add(f64::from(u8::from(taken.mirrored == body.swapped)));
+        }
     }
 }

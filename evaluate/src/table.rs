@@ -36,7 +36,7 @@ const fn column(
 }
 
 /// The columns of runs with truth.
-pub const WITH_TRUTH: [Column; 18] = [
+pub const WITH_TRUTH: [Column; 19] = [
     column(
         "error",
         "mm",
@@ -150,9 +150,19 @@ pub const WITH_TRUTH: [Column; 18] = [
         ..column(
             "sides",
             "%",
-            "frames in which left and right are right",
+            "frames in which left and right of the fused person are right",
             2,
             |m| m.sides_right.map(|share| share * 100.0),
+        )
+    },
+    Column {
+        smaller_is_better: false,
+        ..column(
+            "swaps",
+            "%",
+            "bodies in sensors' frames whose exchanged left and right were found out, or rightly left alone",
+            2,
+            |m| m.swaps_right.map(|share| share * 100.0),
         )
     },
     column("engine", "us", "what one frame costs on one core", 0, |m| {

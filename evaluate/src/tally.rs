@@ -75,6 +75,8 @@ pub struct Tally {
     pub id_switches: u64,
     /// People of whom arms and legs, left and right, are where they belong, over all their frames.
     pub sides_right: Mean,
+    /// Bodies that sensors reported of people, over all their frames, whose left and right the engine took as they are.
+    pub swaps_right: Mean,
     /// Fused frames.
     pub frames: u64,
     /// How much newer the newest sample of a frame was, seconds.
@@ -113,6 +115,7 @@ impl Tally {
             (&mut self.wrist, &other.wrist),
             (&mut self.wrist_shortest, &other.wrist_shortest),
             (&mut self.sides_right, &other.sides_right),
+            (&mut self.swaps_right, &other.swaps_right),
             (&mut self.look_ahead, &other.look_ahead),
             (&mut self.bound, &other.bound),
             (&mut self.left_out_sides, &other.left_out_sides),

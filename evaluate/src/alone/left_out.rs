@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use posefuse_fusion::{Config, Input};
+use posefuse_fusion::Input;
 use posefuse_skeleton::{
     Calibration, Joint, JointMap, Observation, Position, Room, RoomFrame, SIDE_PAIRS, SensorId,
     Timestamp, Track,
@@ -18,6 +18,7 @@ use posefuse_skeleton::{
 use crate::compare::FURTHEST_MATCH_M;
 use crate::fuse::fuse_watched;
 use crate::histogram::Histogram;
+use crate::methods::Method;
 use crate::tally::Tally;
 
 /// Fused frames further apart than this say nothing of the time between, nanoseconds.
@@ -37,7 +38,7 @@ struct Seen {
 /// them: all distances, the median of each sensor, and how often left and right agree. `inputs` is asked once per
 /// sensor.
 pub fn leave_one_out<I: IntoIterator<Item = (Timestamp, Input)>>(
-    config: &Config,
+    method: &Method,
     inputs: &mut dyn FnMut() -> I,
     from: Timestamp,
 ) -> Tally {
@@ -61,7 +62,7 @@ pub fn leave_one_out<I: IntoIterator<Item = (Timestamp, Input)>>(
             (time, if own { Err(input) } else { Ok(input) })
         });
         fuse_watched(
-            config,
+            method,
             kept,
             |engine, input| {
                 if let Input::Observation(observation) = input

@@ -9,8 +9,6 @@ const SIZE: [f64; 2] = [520.0, 300.0];
 const WIDE: [f64; 2] = [1060.0, 260.0];
 /// Shares beyond this are not drawn: a few gross errors would leave no room for all others.
 const CDF_TO: f64 = 0.98;
-/// What waits longer is not for live use, and stands at the edge of the plot.
-const LIVE_MS: f64 = 250.0;
 
 /// How large a share of the joints is off by no more than so many millimetres.
 pub(super) fn distribution(group: &Group, what: &str) -> String {
@@ -47,20 +45,21 @@ fn without_outlier(mut values: Vec<f64>) -> f64 {
     }
 }
 
-/// What steadiness costs in delay.
+/// What steadiness costs in delay. A method that smooths afterwards has none: its jitter is a line across.
 pub(super) fn jitter_and_delay(group: &Group) -> String {
     let delay = |run: &Run| {
         let ahead = run.all.look_ahead_ms?;
         Some(run.all.lag_ms.unwrap_or(0.0).max(0.0) + ahead)
     };
+    let jitter = |run: &Run| run.all.jitter_mps2.filter(|jitter| *jitter > 0.0);
     let points: Vec<(usize, &Run, f64, f64)> = group
         .runs
         .iter()
         .enumerate()
-        .filter_map(|(series, run)| Some((series, run, delay(run)?, run.all.jitter_mps2?)))
+        .filter_map(|(series, run)| Some((series, run, delay(run)?, jitter(run)?)))
         .collect();
-    let jitters = || points.iter().map(|p| p.3).filter(|jitter| *jitter > 0.0);
-    let (low, high) = jitters().fold((f64::INFINITY, 0.0_f64), |(l, h), j| (l.min(j), h.max(j)));
+    let jitters = group.runs.iter().filter_map(jitter);
+    let (low, high) = jitters.fold((f64::INFINITY, 0.0_f64), |(l, h), j| (l.min(j), h.max(j)));
     let known = low.is_finite() && high > 0.0;
     let x = Axis::from_zero(
         "delay: look-ahead and lag, ms",
@@ -80,11 +79,14 @@ pub(super) fn jitter_and_delay(group: &Group) -> String {
             number(jitter),
             number(delay)
         );
-        let label = match delay <= LIVE_MS {
-            true => run.method.clone(),
-            false => format!("{} ({} ms)", run.method, number(delay)),
-        };
-        plot.dot(series, &text, (delay, jitter), &label);
+        plot.dot(series, &text, (delay, jitter), &run.method);
+    }
+    for (series, run) in group.runs.iter().enumerate() {
+        if let (None, Some(jitter)) = (delay(run), jitter(run)) {
+            let text = format!("{}: {} m/s², afterwards", run.method, number(jitter));
+            let label = format!("{}, afterwards", run.method);
+            plot.level(series, &text, jitter, &label);
+        }
     }
     plot.finish()
 }

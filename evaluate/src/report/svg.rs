@@ -62,14 +62,13 @@ impl Axis {
         }
     }
 
-    /// Where `value` lies, 0 to 1.
+    /// Where `value` lies: 0 to 1, beyond that outside of the plot.
     fn share(&self, value: f64) -> f64 {
-        let share = if self.logarithmic {
+        if self.logarithmic {
             (value.max(1e-9).ln() - self.low.ln()) / (self.high.ln() - self.low.ln())
         } else {
             (value - self.low) / (self.high - self.low)
-        };
-        share.clamp(0.0, 1.0)
+        }
     }
 
     fn ticks(&self) -> Vec<f64> {
@@ -170,7 +169,7 @@ impl Plot {
         let _ = self.body.write_fmt(what);
     }
 
-    /// A line through points, in colour number `series`.
+    /// A line through points, in colour number `series`; what lies outside of the plot is not shown.
     pub(super) fn line(&mut self, series: usize, name: &str, points: &[(f64, f64)]) {
         let mut path = String::new();
         for (x, y) in points
@@ -186,11 +185,30 @@ impl Plot {
         }
         if !path.is_empty() {
             let colour = series % COLOURS;
+            let [left, top, right, bottom] = self.margin;
+            let (wide, high) = (self.size[0] - left - right, self.size[1] - top - bottom);
             self.put(format_args!(
-                "<path class='line s{colour}' d='{path}'><title>{}</title></path>",
+                "<svg class=clip x={left} y={top} width={wide} height={high} viewBox='{left} {top} {wide} {high}'>\
+                 <path class='line s{colour}' d='{path}'><title>{}</title></path></svg>",
                 escaped(name)
             ));
         }
+    }
+
+    /// A dashed line across the plot at the height of `y`, in colour number `series`, with `label` on it.
+    pub(super) fn level(&mut self, series: usize, name: &str, y: f64, label: &str) {
+        let [left, _, right, _] = self.margin;
+        let end = self.size[0] - right;
+        let [_, y] = self.at(self.x.low, y);
+        let colour = series % COLOURS;
+        self.put(format_args!(
+            "<path class='line level s{colour}' d='M{left} {y:.1}L{end} {y:.1}'><title>{}</title></path>\
+             <text class=label x={:.1} y={:.1} text-anchor=end>{}</text>",
+            escaped(name),
+            end - 4.0,
+            y - 5.0,
+            escaped(label)
+        ));
     }
 
     /// A dot with a text that shows when one points at it; `label` stands beside it, clear of earlier ones.

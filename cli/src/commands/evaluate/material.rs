@@ -29,6 +29,8 @@ pub(super) struct Material {
 struct Span {
     first: Timestamp,
     last: Timestamp,
+    /// When a sensor last saw anybody.
+    last_body: Option<Timestamp>,
 }
 
 impl Material {
@@ -64,12 +66,12 @@ impl Material {
         };
         let mut judge = Judge::new(truth, from);
         let inputs = self.inputs(method, &failed);
-        let busy = fuse(&method.config, inputs, &mut |frame| judge.add(frame));
+        let busy = fuse(method, inputs, &mut |frame| judge.add(frame));
         let mut judged = judge.finish();
         let tally = &mut judged.tally;
         if truth.is_none() {
             tally.merge(&leave_one_out(
-                &method.config,
+                method,
                 &mut || self.inputs(method, &failed),
                 from,
             ));
@@ -78,7 +80,11 @@ impl Material {
             return Err(error).with_context(|| format!("`{}`", self.name));
         }
         if tally.track_frames == 0 {
-            bail!("`{}`: {} fuses nobody; {NOBODY}", self.name, method.name);
+            bail!("`{}`: {}", self.name, nobody(method, from, span));
+        }
+        if method.smooth {
+            // Nobody waited for these frames.
+            tally.look_ahead = Default::default();
         }
         tally.busy_s = busy.as_secs_f64();
         tally.live_s = span.last.since_seconds(span.first);
@@ -116,12 +122,16 @@ impl Material {
         for input in (self.open)()? {
             let (time, input) = input?;
             calibrated |= matches!(input, Input::Calibration(_));
-            if matches!(input, Input::Observation(_)) {
+            if let Input::Observation(observation) = input {
                 let span = span.get_or_insert(Span {
                     first: time,
                     last: time,
+                    last_body: None,
                 });
                 span.last = span.last.max(time);
+                if !observation.bodies.is_empty() {
+                    span.last_body = Some(time);
+                }
             }
         }
         let Some(span) = span else {
@@ -137,6 +147,32 @@ impl Material {
             );
         }
         Ok(span)
+    }
+}
+
+/// Less than this says nothing of a calibration: people are followed only after they were seen for a moment.
+const MOMENT_S: f64 = 1.0;
+
+/// Why a method fuses nobody from `from` on, and what to do.
+fn nobody(method: &Method, from: Timestamp, span: &Span) -> String {
+    let (all, left) = (
+        span.last.since_seconds(span.first),
+        span.last.since_seconds(from),
+    );
+    if left < MOMENT_S {
+        return format!(
+            "it lasts {all:.1} s, of which --skip leaves {left:.1} s, too little for {} to fuse anybody; skip less or \
+             record longer",
+            method.name
+        );
+    }
+    match span.last_body {
+        Some(seen) if seen >= from => format!("{} fuses nobody; {NOBODY}", method.name),
+        _ => format!(
+            "{} fuses nobody, because no sensor saw anybody in the {left:.1} s that --skip leaves of it; record with \
+             somebody in the room",
+            method.name
+        ),
     }
 }
 

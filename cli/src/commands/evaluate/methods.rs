@@ -69,5 +69,6 @@ fn configured(file: &Path, others: &[Method]) -> anyhow::Result<Method> {
         about: format!("the settings in {}", file.display()),
         config,
         poses_only: false,
+        smooth: false,
     })
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::bail;
 use clap::Args;
-use posefuse_evaluate::{Judged, RecordedTruth, Report, in_parallel, versus};
+use posefuse_evaluate::{Judged, Method, RecordedTruth, Report, in_parallel, versus};
 use posefuse_fusion::Input;
 use posefuse_simulator::TruePerson;
 use posefuse_skeleton::{Calibration, Joint, Timestamp};
@@ -20,7 +20,9 @@ use crate::global::Global;
 use crate::takes_folder::{Located, TakesFolder};
 use crate::{output, progress, values};
 
-pub(super) const METHODS: [&str; 4] = ["menard", "weighted", "kalman", "offline"];
+pub(super) const METHODS: [&str; 4] = ["menard", "weighted", SHIPS, "offline"];
+/// The preset with the settings that a server begins with.
+const SHIPS: &str = "kalman";
 
 /// Takes: against their truth if they are simulated, else each sensor against all others
 #[derive(Debug, Args)]
@@ -104,12 +106,11 @@ impl RunArgs {
                 .to_owned(),
         });
         let groups = groups(&methods, &judged);
-        let newest = methods.last().map_or("", |method| method.name.as_str());
         let several = groups.get(1..).filter(|_| judged.len() > 1);
         let versus = several.map_or_else(Vec::new, |takes| {
-            let others = methods.iter().filter(|method| method.name != newest);
-            others
-                .map(|other| versus(takes, newest, &other.name, with_truth))
+            let pairs = side_by_side(&methods).into_iter();
+            pairs
+                .map(|(one, other)| versus(takes, one, other, with_truth))
                 .collect()
         });
         let report = Report {
@@ -126,6 +127,18 @@ impl RunArgs {
             false => Outcome::DoneWithLoss,
         })
     }
+}
+
+/// What is compared take by take: what ships and the last method, each with those before it.
+fn side_by_side(methods: &[Method]) -> Vec<(&str, &str)> {
+    let mut pairs = Vec::new();
+    for (index, one) in methods.iter().enumerate() {
+        if one.name == SHIPS || index + 1 == methods.len() {
+            let before = methods[..index].iter();
+            pairs.extend(before.map(|other| (one.name.as_str(), other.name.as_str())));
+        }
+    }
+    pairs
 }
 
 type Usable<'a> = Vec<(&'a Material, Vec<Judged>)>;
