@@ -82,9 +82,8 @@ fn no_joint_jumps_when_one_of_four_sensors_dies() {
     println!(
         "largest step of an error: {largest} m at the hand-over, {usual} m were nobody to die"
     );
-    // The aim is 0.03; a joint that only one other sensor sees, and just now, takes a little more.
     assert!(
-        largest < 0.035,
+        largest < 0.03,
         "{largest} m at the hand-over, {usual} m without"
     );
 }
@@ -132,6 +131,7 @@ fn a_bad_sensor_does_not_make_it_worse() {
         with += all.mpjpe_m;
     }
     println!("{with} with it, {without} without");
-    // The aim is 1.05. Where the bad sensor alone sees a joint the others cannot correct it, which costs most of this.
-    assert!(with < 1.25 * without, "{with} with it, {without} without");
+    // With seed 2 the person comes to where only the bad sensor and one good one see them: the bad one must still be
+    // known by what it was like while there were others.
+    assert!(with < 1.05 * without, "{with} with it, {without} without");
 }

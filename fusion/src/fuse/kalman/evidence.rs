@@ -45,6 +45,9 @@ pub(super) struct Word {
     pub(super) quick: f64,
     pub(super) information: Matrix3<f64>,
     pub(super) confidence: f64,
+    /// The tracker says that it saw the joint.
+    pub(super) claimed: bool,
+    /// It says so, and could see it.
     pub(super) sure: bool,
     /// By consensus, 0..=1.
     pub(super) weight: f64,
@@ -164,12 +167,12 @@ fn sum_up(words: &[Word], readings: &[Reading]) -> Evidence {
     all
 }
 
-/// Measured by those who trust their word and are believed, else predicted from all.
+/// Measured by those whose trackers trust their word and who are believed, else predicted from all.
 fn provenance(words: &[Word], readings: &[Reading]) -> Provenance {
     let by = |all: bool| -> SensorSet {
         words
             .iter()
-            .filter(|word| !word.is_ignored() && (all || word.sure))
+            .filter(|word| !word.is_ignored() && (all || word.claimed))
             .map(|word| readings[word.reading].sensor)
             .collect()
     };

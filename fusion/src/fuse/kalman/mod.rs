@@ -2,12 +2,15 @@
 //!
 //! At every frame a joint's belief goes on to the frame's time (`motion`). Each sample that has come since is compared
 //! with where the belief says the joint was when the sample was taken, so that samples need not come together, in
-//! order, or on time. `evidence` weighs the sensors against each other, `slow` takes off what each is known to be off,
-//! `bones` lets neighbours say what they know, `joint` takes the sum in, and `smooth` goes back for frames that wait.
+//! order, or on time. `hidden` finds what the person's own body hides, `evidence` weighs the sensors against each other, `slow` takes off what each is known to be off,
+//! `bones` lets neighbours say what they know, `joint` takes the sum in, `learn` finds out what the sensors are like,
+//! and `smooth` goes back for frames that wait.
 
 mod bones;
 mod evidence;
+mod hidden;
 mod joint;
+mod learn;
 mod motion;
 mod slow;
 mod smooth;
@@ -23,10 +26,10 @@ use serde::{Deserialize, Serialize};
 use super::Fused;
 use crate::body::{HALVES, Halves, pairs};
 use crate::noise::Noise;
-use crate::people::median;
 use bones::Bones;
 pub(crate) use evidence::Reading;
 use evidence::{Evidence, Word, weigh};
+use hidden::Flesh;
 use joint::JointFilter;
 use motion::Motion;
 use slow::SlowErrors;
@@ -36,10 +39,6 @@ use smooth::{Hindsight, Step};
 const MAX_SPEED_MPS: f64 = 12.0;
 /// What even a silent sensor's joint shakes, metres.
 const FINE_M: f64 = 0.003;
-/// A body of fewer trusted joints says nothing of how loud its sensor is.
-const MIN_JOINTS: usize = 8;
-/// Mean of a squared error in three dimensions, in units of its median.
-const MEAN_OF_MEDIAN: f64 = 1.4;
 
 /// One person's filter: all joints, and what is known of the sensors' errors with this person.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -85,7 +84,9 @@ pub(crate) struct Part {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     words: Vec<Word>,
-    loudness: Vec<f64>,
+    squares: Vec<f64>,
+    /// By reading, bits of the joints that the person's own body hides.
+    hidden: Vec<u32>,
 }
 
 /// When the filter goes on, and by which rules.
@@ -116,12 +117,14 @@ impl PersonFilter {
             slow.relax(moment.elapsed_s);
         }
         let motion = self.predict(moment);
+        let least_fault = self.least_fault(readings);
+        self.find_hidden(readings, &mut scratch.hidden);
         scratch.words.clear();
         let mut said: [Range<usize>; JOINT_COUNT] = std::array::from_fn(|_| 0..0);
         let mut evidence: [Option<Evidence>; JOINT_COUNT] = [None; JOINT_COUNT];
         for index in 0..JOINT_COUNT {
             let start = scratch.words.len();
-            evidence[index] = self.listen(index, moment, readings, &mut scratch.words);
+            evidence[index] = self.listen(index, moment, readings, least_fault, scratch);
             said[index] = start..scratch.words.len();
             tell_parts(index, &scratch.words[start..], readings, part);
         }
@@ -139,6 +142,7 @@ impl PersonFilter {
                 give(index, known.estimate(evidence));
             }
         }
+        self.learn_faults(moment, readings, scratch, &said);
         self.learn_loudness(moment, readings, scratch);
         self.remember(moment, steps);
     }
@@ -172,15 +176,17 @@ impl PersonFilter {
         })
     }
 
-    /// What every reading says of joint number `index`, behind `words`, and all of it together; `None` where neither
-    /// the past nor a sensor knows of the joint.
+    /// What every reading says of joint number `index`, behind the other words, and all of it together; `None` where neither
+    /// the past nor a sensor knows of the joint. A sensor is as faulty as it is more so than `least_fault` (m^2).
     fn listen(
         &self,
         index: usize,
         moment: &Moment,
         readings: &[Reading],
-        words: &mut Vec<Word>,
+        least_fault: f64,
+        scratch: &mut Scratch,
     ) -> Option<Evidence> {
+        let Scratch { words, hidden, .. } = scratch;
         let known = self.joints[index].as_ref();
         // Without a belief the first word is as good an origin as any.
         let first = readings.iter().find(|r| r.body.has(index));
@@ -197,9 +203,13 @@ impl PersonFilter {
                 continue;
             }
             let there = known.map_or(expected, |k| k.belief.place_at(-reading.age_s));
+            let trust = Trust {
+                hidden: hidden[number] & 1 << index != 0,
+                fault: slow.fault() - least_fault,
+            };
             words.push(Word {
                 unsure: known.map(|known| known.belief.place_covariance().trace() / 3.0),
-                ..word(number, reading, index, moment, slow, there)
+                ..word(number, reading, index, moment, slow, trust, there)
             });
         }
         let soft = Matrix3::from_diagonal_element(PRIOR_M * PRIOR_M);
@@ -207,6 +217,17 @@ impl PersonFilter {
         let prior = covariance.and_then(|covariance| covariance.try_inverse());
         let prior = prior.unwrap_or_else(Matrix3::zeros);
         Some(weigh(&mut words[start..], readings, &prior, expected))
+    }
+
+    /// Which joints the person's own body hides from each reading's sensor.
+    fn find_hidden(&self, readings: &[Reading], hidden: &mut Vec<u32>) {
+        let places = std::array::from_fn(|index| {
+            let known = self.joints[index].as_ref()?;
+            Some(known.belief.mean[0])
+        });
+        let flesh = Flesh::new(&places);
+        hidden.clear();
+        hidden.extend(readings.iter().map(|r| flesh.hides(r.origin, &places)));
     }
 
     fn slow_of(&self, sensor: SensorId) -> Option<&SlowErrors> {
@@ -238,52 +259,6 @@ impl PersonFilter {
             correction,
             belief: known.belief,
         })
-    }
-
-    /// What is new of joint number `index` tells how far off each sensor is by habit.
-    fn learn_slow(&mut self, index: usize, words: &[Word], readings: &[Reading]) {
-        let Some(known) = &self.joints[index] else {
-            return;
-        };
-        let unsure = known.belief.place_covariance().trace() / 3.0;
-        for word in words {
-            let reading = &readings[word.reading];
-            let found = self
-                .slow
-                .binary_search_by_key(&reading.sensor, |s| s.sensor);
-            if let (true, Ok(at)) = (reading.fresh, found) {
-                let slow = &mut self.slow[at];
-                let there = known.belief.place_at(-reading.age_s) + slow.of(index, word.sure).0;
-                let off = reading.body.position[index] - there;
-                let weight = if word.sure { word.weight } else { 1.0 };
-                slow.learn(index, word.sure, off, word.quick + unsure, weight);
-            }
-        }
-    }
-
-    /// How far each sensor's joints lie from where they were expected tells how loud it is.
-    fn learn_loudness(&mut self, moment: &Moment, readings: &[Reading], scratch: &mut Scratch) {
-        let Scratch { words, loudness } = scratch;
-        for (number, reading) in readings.iter().enumerate().filter(|(_, r)| r.fresh) {
-            let found = self
-                .slow
-                .binary_search_by_key(&reading.sensor, |s| s.sensor);
-            let Ok(at) = found else {
-                continue;
-            };
-            let slow = &mut self.slow[at];
-            loudness.clear();
-            loudness.extend(words.iter().filter_map(|word| {
-                let known = word.unsure? + SLOW_SHARE * slow.usual();
-                let quick = word.off.norm_squared() / 3.0 - known;
-                (word.sure && word.reading == number).then_some(quick / word.image)
-            }));
-            if loudness.len() >= MIN_JOINTS
-                && let Some(middle) = median(loudness)
-            {
-                slow.listen(middle * MEAN_OF_MEDIAN, moment.elapsed_s);
-            }
-        }
     }
 
     fn remember(&mut self, moment: &Moment, joints: [Option<Step>; JOINT_COUNT]) {
@@ -344,8 +319,6 @@ impl PersonFilter {
     }
 }
 
-/// Share of the slow errors that is taken not to be learned yet when a sensor's loudness is.
-const SLOW_SHARE: f64 = 0.2;
 /// Among the sensors the prediction counts as no better than this, metres: else it could deny them all.
 const PRIOR_M: f64 = 0.01;
 
@@ -364,6 +337,15 @@ impl JointFilter {
     }
 }
 
+/// How far a word is to be trusted.
+#[derive(Clone, Copy, Debug)]
+struct Trust {
+    /// The person's own body hides the joint.
+    hidden: bool,
+    /// Variance of a sensor that is off as a whole, m^2.
+    fault: f64,
+}
+
 /// What reading `number` says of joint number `index`, which was expected to be `there` at the sample's time.
 fn word(
     number: usize,
@@ -371,11 +353,13 @@ fn word(
     index: usize,
     moment: &Moment,
     slow: &SlowErrors,
+    Trust { hidden, fault }: Trust,
     there: Vector3<f64>,
 ) -> Word {
     let position = reading.body.position[index];
     let confidence = f64::from(reading.body.confidence[index]);
-    let sure = confidence >= moment.trusted;
+    let claimed = confidence >= moment.trusted;
+    let sure = claimed && !hidden;
     let (mean, variance) = slow.of(index, sure);
     let doubt = HALF[index].map_or(0.0, |half| reading.doubt[half]);
     let image = Noise::of_image(position, reading.origin);
@@ -387,8 +371,9 @@ fn word(
         off: position - mean - there,
         image: image.mean_variance(),
         quick: quick.mean_variance(),
-        information: quick.plus(variance * worth).information(),
+        information: quick.plus(variance * worth + fault).information(),
         confidence,
+        claimed,
         sure,
         weight: 1.0,
         unsure: None,

@@ -3,6 +3,9 @@
 //! What one sensor says of a joint differs from what all say together by an amount that changes slowly. It is
 //! followed as a first-order process per sensor, person and joint, and taken off the sensor's words. So a joint does
 //! not leap when a sensor loses or finds it, and one sensor alone goes on as all together would.
+//!
+//! A sensor that is off as a whole is remembered for long: where nobody but it and one other sees the person, nothing
+//! else tells which of the two is wrong.
 
 use nalgebra::Vector3;
 use posefuse_skeleton::{JOINT_COUNT, SensorId};
@@ -12,7 +15,7 @@ use serde::{Deserialize, Serialize};
 const SIGMA_M: f64 = 0.013;
 const TAU_S: f64 = 1.2;
 /// The same of what it guesses, because it does not see the joint.
-const GUESS_SIGMA_M: f64 = 0.11;
+const GUESS_SIGMA_M: f64 = 0.09;
 const GUESS_TAU_S: f64 = 0.35;
 /// Neither is ever known better than this, metres.
 const FLOOR_M: f64 = 0.006;
@@ -22,6 +25,12 @@ const LOUDNESS_S: f64 = 2.0;
 const FIRST_LOUDNESS: f64 = 1.0;
 const LEAST_LOUDNESS: f64 = 0.5;
 const MOST_LOUDNESS: f64 = 400.0;
+/// How far a whole sensor is off is found with the first time constant and forgotten with the second, seconds.
+const FAULT_S: f64 = 2.0;
+const FAULT_MEMORY_S: f64 = 60.0;
+/// Up to this it is what the best sensors are, metres; more than this does not count.
+const FAULTLESS_M: f64 = 0.04;
+const MOST_FAULT_M: f64 = 0.5;
 
 /// One sensor's slow errors of one person's joints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,6 +40,8 @@ pub(super) struct SlowErrors {
     guessed: [Slow; JOINT_COUNT],
     /// By how much the variance of the quick errors is larger than a good sensor's.
     loudness: f64,
+    /// How far all its joints are off together, squared, m^2.
+    fault: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,11 +72,13 @@ impl SlowErrors {
             seen: [Slow::unknown(SIGMA_M); JOINT_COUNT],
             guessed: [Slow::unknown(GUESS_SIGMA_M); JOINT_COUNT],
             loudness: FIRST_LOUDNESS,
+            fault: 0.0,
         }
     }
 
     /// On in time.
     pub(super) fn relax(&mut self, elapsed_s: f64) {
+        self.fault *= (-elapsed_s / FAULT_MEMORY_S).exp();
         let kept = (-elapsed_s / TAU_S).exp();
         let guesses_kept = (-elapsed_s / GUESS_TAU_S).exp();
         for (seen, guessed) in self.seen.iter_mut().zip(&mut self.guessed) {
@@ -115,6 +128,18 @@ impl SlowErrors {
         let share = (elapsed_s / LOUDNESS_S).min(0.2);
         let heard = loudness.clamp(LEAST_LOUDNESS, MOST_LOUDNESS);
         self.loudness += share * (heard - self.loudness);
+    }
+
+    /// How much variance a sensor as faulty as this has in every direction, m^2; none for a good one.
+    pub(super) fn fault(&self) -> f64 {
+        (self.fault - FAULTLESS_M * FAULTLESS_M).max(0.0)
+    }
+
+    /// In one frame the sensor's joints were off by the square root of `squared` (m^2), in the middle.
+    pub(super) fn blame(&mut self, squared: f64, elapsed_s: f64) {
+        let share = (elapsed_s / FAULT_S).min(0.2);
+        let heard = squared.clamp(0.0, MOST_FAULT_M * MOST_FAULT_M);
+        self.fault += share * (heard - self.fault);
     }
 
     /// Exchanges two joints.

@@ -1,0 +1,127 @@
+//! What the sensors are like, learned from what they say: what each is off by habit, how loud it is, and whether
+//! all of it is off, as when it was moved since the calibration.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use posefuse_skeleton::JOINT_COUNT;
+
+use super::evidence::{Reading, Word};
+use super::{Moment, PersonFilter, Scratch};
+use crate::people::median;
+
+/// A body of fewer trusted joints says nothing of its sensor as a whole.
+const MIN_JOINTS: usize = 8;
+/// Mean of a squared error in three dimensions, in units of its median.
+const MEAN_OF_MEDIAN: f64 = 1.4;
+/// Share of the slow errors that is taken not to be learned yet when a sensor's loudness is.
+const SLOW_SHARE: f64 = 0.2;
+
+impl PersonFilter {
+    /// What is new of joint number `index` tells how far off each sensor is by habit.
+    pub(super) fn learn_slow(&mut self, index: usize, words: &[Word], readings: &[Reading]) {
+        let Some(known) = &self.joints[index] else {
+            return;
+        };
+        let unsure = known.belief.place_covariance().trace() / 3.0;
+        for word in words {
+            let reading = &readings[word.reading];
+            let found = self
+                .slow
+                .binary_search_by_key(&reading.sensor, |s| s.sensor);
+            if let (true, Ok(at)) = (reading.fresh, found) {
+                let slow = &mut self.slow[at];
+                let there = known.belief.place_at(-reading.age_s) + slow.of(index, word.sure).0;
+                let off = reading.body.position[index] - there;
+                let weight = if word.sure { word.weight } else { 1.0 };
+                slow.learn(index, word.sure, off, word.quick + unsure, weight);
+            }
+        }
+    }
+
+    /// How far each sensor's joints lie from where they were expected tells how loud it is.
+    pub(super) fn learn_loudness(
+        &mut self,
+        moment: &Moment,
+        readings: &[Reading],
+        scratch: &mut Scratch,
+    ) {
+        let Scratch { words, squares, .. } = scratch;
+        for (number, reading) in readings.iter().enumerate().filter(|(_, r)| r.fresh) {
+            let found = self
+                .slow
+                .binary_search_by_key(&reading.sensor, |s| s.sensor);
+            let Ok(at) = found else {
+                continue;
+            };
+            let slow = &mut self.slow[at];
+            squares.clear();
+            squares.extend(words.iter().filter_map(|word| {
+                let known = word.unsure? + SLOW_SHARE * slow.usual();
+                let quick = word.off.norm_squared() / 3.0 - known;
+                (word.sure && word.reading == number).then_some(quick / word.image)
+            }));
+            if squares.len() >= MIN_JOINTS
+                && let Some(middle) = median(squares)
+            {
+                slow.listen(middle * MEAN_OF_MEDIAN, moment.elapsed_s);
+            }
+        }
+    }
+
+    /// How far a sensor's joints lie from where the other sensors say they are tells how far all of it is off.
+    ///
+    /// The prediction has no say in it: with one good sensor and one bad, it follows both. The good one keeps its name
+    /// then, because what it is told apart by is the bad one's own variance.
+    pub(super) fn learn_faults(
+        &mut self,
+        moment: &Moment,
+        readings: &[Reading],
+        scratch: &mut Scratch,
+        said: &[Range<usize>; JOINT_COUNT],
+    ) {
+        let Scratch { words, squares, .. } = scratch;
+        for (number, reading) in readings.iter().enumerate().filter(|(_, r)| r.fresh) {
+            let found = self
+                .slow
+                .binary_search_by_key(&reading.sensor, |s| s.sensor);
+            let Ok(at) = found else {
+                continue;
+            };
+            let slow = &mut self.slow[at];
+            squares.clear();
+            squares.extend(said.iter().enumerate().filter_map(|(index, said)| {
+                let words = &words[said.clone()];
+                let own = words.iter().find(|w| w.sure && w.reading == number)?;
+                let is_other = |w: &&Word| readings[w.reading].sensor != reading.sensor;
+                let (place, unsure) = mean(words.iter().filter(|w| w.sure).filter(is_other))?;
+                let apart = own.off + slow.of(index, true).0 - place;
+                Some(apart.norm_squared() - 3.0 * (unsure + own.quick + slow.usual()))
+            }));
+            if squares.len() >= MIN_JOINTS
+                && let Some(middle) = median(squares)
+            {
+                slow.blame(middle, moment.elapsed_s);
+            }
+        }
+    }
+
+    /// How faulty the best of the sensors is that have a say, m^2: there is nobody to be put before it.
+    pub(super) fn least_fault(&self, readings: &[Reading]) -> f64 {
+        let faults = readings
+            .iter()
+            .filter_map(|reading| Some(self.slow_of(reading.sensor)?.fault()));
+        faults.reduce(f64::min).unwrap_or(0.0)
+    }
+}
+
+/// Where `words` say a joint is, relative to the expectation (metres), and the variance of that per axis (m^2).
+fn mean<'a>(words: impl Iterator<Item = &'a Word>) -> Option<(Vector3<f64>, f64)> {
+    let (mut sum, mut total) = (Vector3::zeros(), 0.0);
+    for word in words {
+        let weight = word.weight * word.information.trace() / 3.0;
+        sum += word.off * weight;
+        total += weight;
+    }
+    (total > 0.0).then(|| (sum / total, 1.0 / total))
+}
