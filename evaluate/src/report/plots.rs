@@ -119,11 +119,8 @@ pub(super) fn by_joint(group: &Group) -> Option<String> {
     if joints.is_empty() {
         return None;
     }
-    let worst = group
-        .runs
-        .iter()
-        .flat_map(|run| run.all.by_joint_mm.values());
-    let worst = worst.copied().fold(1.0, f64::max);
+    let worst = |run: &Run| run.all.by_joint_mm.values().copied().fold(1.0, f64::max);
+    let worst = without_outlier(group.runs.iter().map(worst).collect());
     let mut rows = String::new();
     for joint in joints {
         let dots: String = group
