@@ -13,42 +13,34 @@
 //!
 //! The world here is the frame of the first sensor, or the room where sensors are held.
 
-use nalgebra::{Isometry3, Matrix3, SMatrix, Translation3, UnitQuaternion, Vector3};
-use posefuse_skeleton::{JOINT_COUNT, Joint, local_axes_within, trunk_axes};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use posefuse_skeleton::JOINT_COUNT;
 
 use crate::beliefs::{OWN_M, OWN_RANGE_M, beliefs};
 use crate::graph::Placed;
-use crate::noise;
-use crate::normal::{JointSystem, Layout, PER_SENSOR, PER_SIGHT, Reduced, Sight, Step};
-use crate::people::{Person, consensus, people};
-use crate::stats::median;
+use crate::honest;
+use crate::linear::{Linear, Noise, Round};
+use crate::normal::{Layout, PER_SENSOR, Reduced, Step};
+use crate::people::{Person, people};
 use crate::tracks::{Pose, SensorTracks};
 
-/// Most rounds, and the largest step (m, rad) below which it is settled.
-const MAX_ROUNDS: usize = 24;
-const SETTLED: f64 = 2e-5;
-/// Rounds before which bodies and labels are matched anew.
-const RELABELLED: [usize; 5] = [0, 1, 3, 6, 10];
-/// Until this round every fourth instant has to do.
-const SPARSE_UNTIL: usize = 10;
+/// Rounds at every fourth instant, and those before which bodies and labels are matched anew.
+const SPARSE_ROUNDS: usize = 10;
 const SPARSE: usize = 4;
+const RELABELLED: [usize; 4] = [0, 1, 3, 6];
+/// Most rounds at all instants, and the largest step (m, rad) below which it is settled.
+const MAX_ROUNDS: usize = 10;
+const SETTLED: f64 = 1e-4;
 /// Robust scale squared, in variances: wide at first, then tighter, the last for good.
 const SCALES: [f64; 6] = [36.0, 36.0, 36.0, 25.0, 16.0, 9.0];
-/// Rounds of weighting and averaging one joint's sights.
-const REWEIGHTED: usize = 3;
-/// Median of the squared length of a 3D vector of unit normals.
-const MEDIAN_SQUARE: f64 = 2.366;
-/// Range of the squared scale of a sensor's or joint's noise against the model's.
-const NOISE_RANGE: [f64; 2] = [0.1, 1e4];
-/// Length of the stretches of time that are taken to be independent of each other, seconds: five times the 0.4 s that a
-/// tracker's errors live.
-const STRETCH_S: f64 = 2.0;
 /// How many samples say as much as one independent one: to begin with.
 const REPEATS: f64 = 5.0;
 /// Least believable of [`Round::bend`].
 const MIN_BEND: f64 = 0.3;
 /// Round from which that and the size of own offsets are learnt.
 const LEARNT_FROM: usize = 5;
+/// What a clock may be off by until bodies are looked up anew, seconds: 0.02 mm of an arm that swings at 10 m/s^2.
+const STALE_S: f64 = 0.002;
 
 /// What is estimated, and of whom.
 #[derive(Clone, Debug)]
@@ -84,6 +76,8 @@ pub(crate) struct Unknowns {
 /// What the bundle found.
 #[derive(Clone, Debug)]
 pub(crate) struct Bundled {
+    /// Whether what was found can be.
+    pub(crate) believed: bool,
     pub(crate) unknowns: Unknowns,
     /// Sights of joints that each sensor took part with.
     pub(crate) samples: Vec<u64>,
@@ -93,111 +87,51 @@ pub(crate) struct Bundled {
     pub(crate) covariance: Option<nalgebra::DMatrix<f64>>,
 }
 
-/// What one sensor says of one joint at one instant.
-#[derive(Clone, Copy)]
-struct Said {
-    sensor: usize,
-    /// Where it puts the joint, biases removed, world.
-    at: Vector3<f64>,
-    velocity: Vector3<f64>,
-    /// Where the sensor is, world.
-    lens: Vector3<f64>,
-    /// Factor of its information, from confidence and noise.
-    trust: f64,
-    information: Matrix3<f64>,
-    /// Robust weight.
-    weight: f64,
-    /// Squared length of its distance to the joint, in variances.
-    square: f64,
-}
-
-/// How noisy sensors and joints are against the model: factors of the variance.
-struct Noise {
-    sensors: Vec<f64>,
-    joints: [f64; JOINT_COUNT],
-}
-
-/// Sights of a round.
-struct Round {
-    systems: Vec<JointSystem>,
-    samples: Vec<u64>,
-    definition_samples: Vec<[u64; JOINT_COUNT]>,
-    /// How much less the robust cost bends than its weights say: a distance that grows loses weight.
-    bend: f64,
-}
-
-/// Improves `placed` at these instants.
+/// Improves `unknowns` at these instants; stops after the sparse rounds where what they find is not `believable`.
 pub(crate) fn bundle(
     sensors: &[SensorTracks],
     times: &[f64],
-    mut unknowns: Unknowns,
+    unknowns: Unknowns,
     setting: &Setting,
+    believable: impl Fn(&Unknowns) -> bool,
 ) -> Bundled {
-    let layout = Layout {
-        sensors: sensors.len(),
-        definitions: unknowns.definitions.len(),
-    };
-    let mut noise = Noise {
-        sensors: vec![1.0; sensors.len()],
-        joints: [1.0; JOINT_COUNT],
-    };
     let sparse: Vec<f64> = times.iter().copied().step_by(SPARSE).collect();
-    let mut who: Vec<Person> = Vec::new();
-    let mut repeats = REPEATS;
-    let mut own_m = OWN_M;
-    let mut result = Bundled {
-        unknowns: unknowns.clone(),
-        samples: vec![0; sensors.len()],
-        definition_samples: Vec::new(),
-        covariance: None,
-    };
-    for round in 0..MAX_ROUNDS {
-        let times = if round < SPARSE_UNTIL { &sparse } else { times };
-        let seen = sample(sensors, times, &unknowns.placed, setting.middle_s);
+    let mut bundle = Bundle::new(sensors, unknowns, setting);
+    let mut view = bundle.look(&sparse);
+    for round in 0..SPARSE_ROUNDS {
         if RELABELLED.contains(&round) {
-            who = people(&seen, &unknowns.placed);
+            view = bundle.look(&sparse);
         }
         let scale = SCALES[round.min(SCALES.len() - 1)];
-        let linear = Linear {
-            seen: &seen,
-            times,
-            people: &who,
-            unknowns: &unknowns,
-            setting,
-            layout,
-        };
         if round == 0 {
-            linear.round(&mut noise, scale);
+            // Who is noisy, before anybody is moved by it.
+            let mut noise = bundle.noise.clone();
+            bundle.linear(&view).round(&mut noise, scale, false);
+            bundle.noise = noise;
         }
-        let made = linear.round(&mut noise, scale);
-        let beliefs = beliefs(layout, &unknowns, setting, own_m);
-        let held = held(layout, setting);
-        let Some(reduced) = Reduced::new(&made.systems, &beliefs, layout, repeats, held) else {
-            break;
-        };
-        let Some(step) = reduced.step() else { break };
-        let size = apply(&step, &mut unknowns, layout);
-        result.samples = made.samples;
-        result.definition_samples = made.definition_samples;
-        let settled = round > RELABELLED[4] && size < SETTLED;
-        if round >= LEARNT_FROM {
-            // Where the cost bends less than its weights say, less is known by its square.
-            let bend = made.bend.clamp(MIN_BEND, 1.0);
-            let found = reduced.repeats(&made.systems).map(|r| r / (bend * bend));
-            repeats = found.map_or(repeats, |r| r.clamp(1.0, 100.0));
-            let [least, most] = OWN_RANGE_M;
-            own_m = reduced
-                .own_variance(&unknowns.own)
-                .sqrt()
-                .clamp(least, most);
-        }
-        if settled || round + 1 == MAX_ROUNDS {
-            result.covariance = reduced.covariance();
+        if bundle
+            .round(&mut view, scale, round >= LEARNT_FROM, false)
+            .is_none()
+        {
             break;
         }
     }
-    result.unknowns = unknowns;
-    result
+    if !believable(&bundle.unknowns) {
+        return bundle.result(false);
+    }
+    let mut view = bundle.look(times);
+    let scale = SCALES[SCALES.len() - 1];
+    // Settled: one more round, which keeps what the covariance is made from.
+    let mut settled = false;
+    for round in 1..=MAX_ROUNDS {
+        let last = settled || round == MAX_ROUNDS;
+        match bundle.round(&mut view, scale, true, last) {
+            Some(size) if !last => settled = size < SETTLED,
+            _ => break,
+        }
+    }
+    let believed = believable(&bundle.unknowns);
+    bundle.result(believed)
 }
 
 /// The bodies that every sensor sees at these instants, with its time offset and drift.
@@ -214,258 +148,137 @@ pub(crate) fn sample(
     sensors.iter().zip(placed).map(of).collect()
 }
 
-/// Everything that the equations of one round are made from.
-struct Linear<'l> {
-    seen: &'l [Vec<Vec<Pose>>],
-    times: &'l [f64],
-    people: &'l [Person],
-    unknowns: &'l Unknowns,
-    setting: &'l Setting,
+/// A bundle on its way.
+struct Bundle<'b> {
+    sensors: &'b [SensorTracks],
+    setting: &'b Setting,
     layout: Layout,
+    held: Vec<bool>,
+    unknowns: Unknowns,
+    noise: Noise,
+    repeats: f64,
+    own_m: f64,
+    samples: Vec<u64>,
+    definition_samples: Vec<[u64; JOINT_COUNT]>,
+    covariance: Option<nalgebra::DMatrix<f64>>,
 }
 
-impl Linear<'_> {
-    /// The equations, and how noisy sensors and joints turned out to be.
-    fn round(&self, noise: &mut Noise, scale: f64) -> Round {
-        let first_s = self.times.first().copied().unwrap_or(0.0);
-        let last_s = self.times.last().copied().unwrap_or(0.0);
-        let stretches = ((last_s - first_s) / STRETCH_S).ceil().max(1.0) as usize;
-        let length_s = (last_s - first_s).max(1e-9) / stretches as f64;
-        let mut systems: Vec<_> = (0..JOINT_COUNT)
-            .map(|_| JointSystem::new(self.layout, stretches))
-            .collect();
-        let mut samples = vec![0; self.layout.sensors];
-        let mut definition_samples = vec![[0; JOINT_COUNT]; self.layout.definitions];
-        let mut squares: Vec<(usize, usize, f64)> = Vec::new();
-        let (mut bend, mut weight) = (0.0, 0.0);
-        let (mut said, mut sights) = (Vec::new(), Vec::new());
-        for person in self.people {
-            let time = self.times[person.instant];
-            let stretch = (((time - first_s) / length_s) as usize).min(stretches - 1);
-            let axes = self.axes(person);
-            for joint in 0..JOINT_COUNT {
-                self.said(person, joint, axes[joint].as_ref(), noise, &mut said);
-                if said.len() < 2 {
-                    continue;
-                }
-                let at = agree(&mut said, scale);
-                said.iter_mut()
-                    .for_each(|s| s.inform(&at, self.setting.directed));
-                let at = agree(&mut said, scale);
-                let velocity =
-                    said.iter().map(|s| s.velocity).sum::<Vector3<f64>>() / said.len() as f64;
-                sights.clear();
-                for one in &said {
-                    samples[one.sensor] += 1;
-                    if let Some(set) = self.setting.definition_of[one.sensor] {
-                        definition_samples[set][joint] += 1;
-                    }
-                    squares.push((one.sensor, joint, one.square));
-                    weight += one.weight;
-                    bend += bend_of(one.square, scale);
-                    sights.push(self.sight(one, at, velocity, time, axes[joint].as_ref()));
-                }
-                systems[joint].add(stretch, &sights);
-            }
-        }
-        systems.iter_mut().for_each(JointSystem::complete);
-        noise.learn(&mut squares);
-        Round {
-            systems,
-            samples,
-            definition_samples,
-            bend: if weight > 0.0 { bend / weight } else { 1.0 },
+/// What was seen at some instants.
+struct View<'v> {
+    times: &'v [f64],
+    /// The clocks by which it was seen.
+    clocks: Vec<Placed>,
+    seen: Vec<Vec<Vec<Pose>>>,
+    people: Vec<Person>,
+}
+
+impl<'b> Bundle<'b> {
+    fn new(sensors: &'b [SensorTracks], unknowns: Unknowns, setting: &'b Setting) -> Self {
+        let layout = Layout {
+            sensors: sensors.len(),
+            definitions: unknowns.definitions.len(),
+        };
+        Self {
+            sensors,
+            setting,
+            layout,
+            held: held(layout, setting),
+            unknowns,
+            noise: Noise {
+                sensors: vec![1.0; sensors.len()],
+                joints: [1.0; JOINT_COUNT],
+            },
+            repeats: REPEATS,
+            own_m: OWN_M,
+            samples: vec![0; sensors.len()],
+            definition_samples: Vec::new(),
+            covariance: None,
         }
     }
 
-    /// Local axes of a person's joints, world; none where one joint set is alone.
-    fn axes(&self, person: &Person) -> [Option<Matrix3<f64>>; JOINT_COUNT] {
-        let mut axes = [None; JOINT_COUNT];
-        if self.layout.definitions > 0 {
-            let joints = consensus(person, self.seen, &self.unknowns.placed);
-            if let Some(trunk) = trunk_axes(&joints) {
-                for joint in Joint::ALL {
-                    axes[joint as usize] = local_axes_within(joint, &joints, &trunk);
-                }
-            }
+    /// Who is seen at these instants, as sensors stand now.
+    fn look<'v>(&self, times: &'v [f64]) -> View<'v> {
+        let clocks = self.unknowns.placed.clone();
+        let seen = sample(self.sensors, times, &clocks, self.setting.middle_s);
+        let people = people(&seen, &clocks);
+        View {
+            times,
+            clocks,
+            seen,
+            people,
         }
-        axes
     }
 
-    /// What each sensor says of a person's joint.
-    fn said(
-        &self,
-        person: &Person,
-        joint: usize,
-        axes: Option<&Matrix3<f64>>,
-        noise: &Noise,
-        said: &mut Vec<Said>,
-    ) {
-        said.clear();
-        for member in &person.members {
-            let bodies = &self.seen[member.sensor][person.instant];
-            let Some(point) = member.joint(joint, bodies) else {
-                continue;
+    fn linear<'l>(&'l self, view: &'l View<'_>) -> Linear<'l> {
+        Linear {
+            seen: &view.seen,
+            clocks: &view.clocks,
+            times: view.times,
+            people: &view.people,
+            unknowns: &self.unknowns,
+            setting: self.setting,
+            layout: self.layout,
+        }
+    }
+
+    /// One round: equations, step, and what is learnt of the noise. `last`: with the covariance. The size of the step,
+    /// metres or radians; `None` where the equations are singular.
+    fn round(&mut self, view: &mut View<'_>, scale: f64, learns: bool, last: bool) -> Option<f64> {
+        self.freshen(view);
+        let mut noise = self.noise.clone();
+        let made = self.linear(view).round(&mut noise, scale, last);
+        self.noise = noise;
+        let beliefs = beliefs(self.layout, &self.unknowns, self.setting, self.own_m);
+        let held = self.held.clone();
+        let reduced = Reduced::new(&made.systems, &beliefs, self.layout, self.repeats, held)?;
+        let size = apply(&reduced.step()?, &mut self.unknowns, self.layout);
+        if learns {
+            self.learn(&reduced, &made);
+        }
+        if last {
+            let bend = made.bend.clamp(MIN_BEND, 1.0);
+            self.covariance = honest::covariance(&reduced, &made.systems, made.stretch_s, bend)
+                .or_else(|| reduced.covariance());
+        }
+        self.samples = made.samples;
+        self.definition_samples = made.definition_samples;
+        Some(size)
+    }
+
+    /// Looks up the bodies anew where clocks have moved too far to follow along the velocities.
+    fn freshen(&self, view: &mut View<'_>) {
+        let ends_s = [view.times.first(), view.times.last()].map(|end| end.copied().unwrap_or(0.0));
+        let placed = &self.unknowns.placed;
+        let stale = placed.iter().zip(&view.clocks).any(|(now, then)| {
+            let off = |end_s: &f64| {
+                let since_middle_s = end_s - self.setting.middle_s;
+                now.offset_at(since_middle_s) - then.offset_at(since_middle_s)
             };
-            let ray = point.at.normalize();
-            let mut at = point.at
-                + ray * self.unknowns.ray_bias[joint]
-                + self.unknowns.own[member.sensor][joint];
-            let world_from_sensor = &self.unknowns.placed[member.sensor].world_from_sensor;
-            at = world_from_sensor.rotation * at + world_from_sensor.translation.vector;
-            if let Some(set) = self.setting.definition_of[member.sensor] {
-                let Some(axes) = axes else { continue };
-                at += axes * self.unknowns.definitions[set][joint];
-            }
-            let mut one = Said {
-                sensor: member.sensor,
-                at,
-                velocity: world_from_sensor.rotation * point.velocity,
-                lens: world_from_sensor.translation.vector,
-                trust: point.weight / (noise.sensors[member.sensor] * noise.joints[joint]),
-                information: Matrix3::zeros(),
-                weight: 1.0,
-                square: 0.0,
-            };
-            one.inform(&at, self.setting.directed);
-            said.push(one);
-        }
-    }
-
-    fn sight(
-        &self,
-        said: &Said,
-        at: Vector3<f64>,
-        velocity: Vector3<f64>,
-        time: f64,
-        axes: Option<&Matrix3<f64>>,
-    ) -> Sight {
-        let layout = self.layout;
-        let mut derivatives = SMatrix::<f64, 3, PER_SIGHT>::zeros();
-        // By the joint's place as all agree on it: what a sensor is off must not weigh in its own derivatives, or noise
-        // pulls at the ray bias (by 3 mm of 15).
-        derivatives
-            .fixed_view_mut::<3, 3>(0, 0)
-            .copy_from(&-at.cross_matrix());
-        derivatives
-            .fixed_view_mut::<3, 3>(0, 3)
-            .copy_from(&Matrix3::identity());
-        derivatives.set_column(6, &-velocity);
-        derivatives.set_column(7, &(-velocity * (time - self.setting.middle_s)));
-        derivatives.set_column(PER_SENSOR, &(at - said.lens).normalize());
-        let rotation = self.unknowns.placed[said.sensor].world_from_sensor.rotation;
-        derivatives
-            .fixed_view_mut::<3, 3>(0, PER_SENSOR + 1)
-            .copy_from(rotation.to_rotation_matrix().matrix());
-        let mut used = PER_SENSOR + 4;
-        let set = self.setting.definition_of[said.sensor];
-        if let (Some(_), Some(axes)) = (set, axes) {
-            derivatives.fixed_view_mut::<3, 3>(0, used).copy_from(axes);
-            used += 3;
-        }
-        let index = std::array::from_fn(|k| match k {
-            0..PER_SENSOR => PER_SENSOR * said.sensor + k,
-            PER_SENSOR => layout.poses(),
-            _ if k < PER_SENSOR + 4 => layout.own(said.sensor) + k - PER_SENSOR - 1,
-            _ => layout.definition(set.unwrap_or(0)) + k - PER_SENSOR - 4,
+            ends_s.iter().any(|end_s| off(end_s).abs() > STALE_S)
         });
-        Sight {
-            information: said.information * said.weight,
-            off: said.at - at,
-            derivatives,
-            index,
-            used,
+        if stale {
+            view.clocks.clone_from(placed);
+            view.seen = sample(self.sensors, view.times, placed, self.setting.middle_s);
         }
     }
-}
 
-impl Said {
-    /// Sets what its word is worth for a joint at `at`.
-    fn inform(&mut self, at: &Vector3<f64>, directed: bool) {
-        let ray = at - self.lens;
-        let [across, along] = if directed {
-            noise::information(&ray)
-        } else {
-            noise::without_direction()
-        };
-        let ray = ray.normalize();
-        self.information = (Matrix3::from_diagonal_element(across)
-            + ray * ray.transpose() * (along - across))
-            * self.trust;
+    fn learn(&mut self, reduced: &Reduced, made: &Round) {
+        // Where the cost bends less than its weights say, less is known by its square.
+        let bend = made.bend.clamp(MIN_BEND, 1.0);
+        let found = reduced.repeats(&made.systems).map(|r| r / (bend * bend));
+        self.repeats = found.map_or(self.repeats, |r| r.clamp(1.0, 100.0));
+        let [least, most] = OWN_RANGE_M;
+        let own_m = reduced.own_variance(&self.unknowns.own).sqrt();
+        self.own_m = own_m.clamp(least, most);
     }
-}
 
-/// Where the joint is by all that is said of it, those that do not fit counting less; sets weights and squares.
-fn agree(said: &mut [Said], scale: f64) -> Vector3<f64> {
-    for i in 0..said.len() {
-        let one = said[i];
-        let near = |other: &Said| {
-            let apart = other.at - one.at;
-            let information = (one.information + other.information) * 0.25;
-            robust(apart.dot(&(information * apart)), scale)
-        };
-        let others = said.iter().enumerate().filter(|(k, _)| *k != i);
-        said[i].weight = others.map(|(_, other)| near(other)).sum::<f64>().max(1e-9);
-    }
-    let mut at = Vector3::zeros();
-    for _ in 0..REWEIGHTED {
-        let total: Matrix3<f64> = said.iter().map(|s| s.information * s.weight).sum();
-        let sum: Vector3<f64> = said.iter().map(|s| s.information * s.at * s.weight).sum();
-        let Some(covariance) = total.try_inverse() else {
-            break;
-        };
-        at = covariance * sum;
-        for one in said.iter_mut() {
-            // What it says itself draws the mean along.
-            let share = (covariance * one.information).trace() / 3.0 * one.weight;
-            let off = one.at - at;
-            one.square = off.dot(&(one.information * off)) / (1.0 - share).max(0.3);
-        }
-        for one in said.iter_mut() {
-            one.weight = robust(one.square, scale);
-        }
-    }
-    let total: Matrix3<f64> = said.iter().map(|s| s.information * s.weight).sum();
-    let sum: Vector3<f64> = said.iter().map(|s| s.information * s.at * s.weight).sum();
-    total
-        .try_inverse()
-        .map_or(at, |covariance| covariance * sum)
-}
-
-/// Geman-McClure: 1 at no distance, a quarter at the scale.
-fn robust(square: f64, scale: f64) -> f64 {
-    let ratio = 1.0 + square / scale;
-    1.0 / (ratio * ratio)
-}
-
-/// How the pull of a distance grows with it, averaged over directions; 1 without robustness.
-fn bend_of(square: f64, scale: f64) -> f64 {
-    let ratio = 1.0 + square / scale;
-    ratio.powi(-2) - 4.0 / 3.0 * square / scale * ratio.powi(-3)
-}
-
-impl Noise {
-    /// Scales the noise so that half of each sensor's and joint's distances are as the model has them.
-    fn learn(&mut self, squares: &mut [(usize, usize, f64)]) {
-        let factor = |values: &mut Vec<f64>| median(values).map(|m| m / MEDIAN_SQUARE);
-        let [least, most] = NOISE_RANGE;
-        let mut of_sensor = vec![Vec::new(); self.sensors.len()];
-        for (sensor, _, square) in squares.iter() {
-            of_sensor[*sensor].push(*square);
-        }
-        let factors: Vec<f64> = of_sensor
-            .iter_mut()
-            .map(|values| factor(values).unwrap_or(1.0).max(1e-3))
-            .collect();
-        let mut of_joint = vec![Vec::new(); JOINT_COUNT];
-        for (sensor, joint, square) in squares.iter() {
-            of_joint[*joint].push(square / factors[*sensor]);
-        }
-        for (noise, factor) in self.sensors.iter_mut().zip(&factors) {
-            *noise = (*noise * factor).clamp(least, most);
-        }
-        for (noise, values) in self.joints.iter_mut().zip(&mut of_joint) {
-            *noise = (*noise * factor(values).unwrap_or(1.0)).clamp(least, most);
+    fn result(self, believed: bool) -> Bundled {
+        Bundled {
+            believed,
+            unknowns: self.unknowns,
+            samples: self.samples,
+            definition_samples: self.definition_samples,
+            covariance: self.covariance,
         }
     }
 }

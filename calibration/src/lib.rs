@@ -6,7 +6,7 @@
 //! [`formats`] has the forms of other programs; [`compare`] says how two calibrations differ.
 //!
 //! Steps of [`solve`]: tracks and a common time grid (`tracks`), a robust start for each pair of sensors (`pair`),
-//! the best spanning tree (`graph`), refinement of all sensors at once (`refine`), floor and heading (`floor`),
+//! the best spanning tree (`graph`), the bundle of all sensors at once (`refine`, `bundle`), floor and heading (`floor`),
 //! held-out residuals (`residual`) and the verdict (`verdict`), with what explains it: each sensor's frames alone (`look`),
 //! each sensor against the others (`against`), and what is tried where sensors disagree (`diagnose`).
 //!
@@ -23,7 +23,9 @@ mod error;
 mod floor;
 pub mod formats;
 mod graph;
+mod honest;
 mod kabsch;
+mod linear;
 mod look;
 mod matching;
 mod monitor;
@@ -40,6 +42,7 @@ mod room_frame;
 mod solve;
 mod stats;
 mod tracks;
+mod validate;
 mod verdict;
 mod walk;
 

@@ -23,8 +23,13 @@ const LOOKS: usize = 1000;
 /// Over how long, and from which speed, somebody counts as coming towards a sensor: seconds, m/s.
 const COMING_S: f64 = 0.5;
 const COMING_SPEED: f64 = 0.4;
-/// Fewest such bodies to say something.
-const MIN_COMING: u32 = 12;
+/// How far toes must lie before ankles towards the sensor, both feet together, to turn a body's face to it, metres: feet of
+/// 12 cm each give 24 cm straight at it and half of that at 60 degrees; errors of a tracker some 2 cm.
+const TOES_M: f64 = 0.12;
+/// Confidence from which a foot counts: trackers guess the feet of hidden legs.
+const SEEN: f64 = 0.75;
+/// Fewest bodies that come or face to say something.
+const MIN_FACING: u32 = 12;
 
 /// One sensor on its own.
 #[derive(Clone, Debug)]
@@ -32,8 +37,9 @@ pub(crate) struct Look {
     pub(crate) name: String,
     /// Its bones over those of an adult; `None` where it saw none of them.
     pub(crate) size: Option<f64>,
-    /// Of the bodies that come towards the sensor, the share that show it their back, going by their labels of left and
-    /// right. Hardly anybody walks backwards; 0 where nobody came towards it.
+    /// Of the bodies that come towards the sensor or point their toes at it, the share that show it their back, going by
+    /// their labels of left and right. Hardly anybody walks backwards, and no foot is on backwards; 0 where there were too
+    /// few of them.
     pub(crate) backwards_share: f64,
     /// Share of bodies whose head hangs below their hips in the sensor's picture.
     pub(crate) hanging_share: f64,
@@ -144,42 +150,60 @@ fn size(bodies: &[&WalkBody]) -> Option<f64> {
     median(&mut ratios)
 }
 
-/// Over the bodies that come towards the sensor, seen again with the same tracking id after some time.
+/// Over the bodies that face the sensor by their way or by their toes.
 fn backwards_share(peopled: &[&WalkFrame], step: usize) -> f64 {
-    let (mut coming, mut backwards) = (0, 0);
+    let (mut facing, mut backwards) = (0, 0);
     for (index, frame) in peopled.iter().enumerate().step_by(step) {
         let later = peopled[index..]
             .iter()
-            .find(|f| f.time.since_seconds(frame.time) >= COMING_S);
-        let Some(later) = later else { break };
-        let seconds = later.time.since_seconds(frame.time);
+            .map(|f| (f.time.since_seconds(frame.time), &f.bodies))
+            .find(|(seconds, _)| *seconds >= COMING_S)
+            .filter(|(seconds, _)| *seconds < 2.0 * COMING_S);
         for body in &frame.bodies {
-            let again = later
-                .bodies
-                .iter()
-                .find(|b| b.tracking_id == body.tracking_id);
-            let Some(again) = again.filter(|_| seconds < 2.0 * COMING_S) else {
-                continue;
+            let comes = || {
+                let (seconds, bodies) = later?;
+                let again = bodies.iter().find(|b| b.tracking_id == body.tracking_id)?;
+                comes(body, again, seconds)
             };
-            // Both ends of the spine: who bends or sits down does not come.
-            let comes = |joint: Joint| {
-                let (from, to) = (at(body, joint)?, at(again, joint)?);
-                let gone = (from - to).dot(&from.normalize());
-                Some(gone >= COMING_SPEED * seconds && 1.5 * gone > (to - from).norm())
-            };
-            if comes(Joint::SpineShoulder) == Some(true) && comes(Joint::SpineBase) == Some(true) {
-                if let Some(faces) = faces_the_sensor(body) {
-                    coming += 1;
-                    backwards += u32::from(!faces);
-                }
+            if (points_its_toes(body) == Some(true) || comes() == Some(true))
+                && let Some(faces) = faces_the_sensor(body)
+            {
+                facing += 1;
+                backwards += u32::from(!faces);
             }
         }
     }
-    if coming < MIN_COMING {
+    if facing < MIN_FACING {
         0.0
     } else {
-        f64::from(backwards) / f64::from(coming)
+        f64::from(backwards) / f64::from(facing)
     }
+}
+
+/// Whether a body that is seen `again` after some seconds comes towards the sensor. By both ends of the spine: who bends
+/// or sits down does not come.
+fn comes(body: &WalkBody, again: &WalkBody, seconds: f64) -> Option<bool> {
+    let comes = |joint: Joint| {
+        let (from, to) = (at(body, joint)?, at(again, joint)?);
+        let gone = (from - to).dot(&from.normalize());
+        Some(gone >= COMING_SPEED * seconds && 1.5 * gone > (to - from).norm())
+    };
+    Some(comes(Joint::SpineShoulder)? && comes(Joint::SpineBase)?)
+}
+
+/// Whether the toes of both feet point at the sensor; `None` where they are not seen.
+fn points_its_toes(body: &WalkBody) -> Option<bool> {
+    let seen = |joint: Joint| {
+        let seen = body.joints[joint]?;
+        (f64::from(seen.confidence.get()) >= SEEN).then(|| seen.position.vector())
+    };
+    let ahead = |ankle: Joint, foot: Joint| {
+        let ankle = seen(ankle)?;
+        Some((seen(foot)? - ankle).dot(&-ankle.normalize()))
+    };
+    let left = ahead(Joint::AnkleLeft, Joint::FootLeft)?;
+    let right = ahead(Joint::AnkleRight, Joint::FootRight)?;
+    Some(left + right >= TOES_M && left.min(right) > 0.0)
 }
 
 /// Forward is left x up, and the sensor lies against the ray.

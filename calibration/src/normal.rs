@@ -45,6 +45,8 @@ impl Layout {
 
 /// What one sensor says of a joint at an instant, as a linear function of the unknowns.
 pub(crate) struct Sight {
+    /// Whose it is.
+    pub(crate) sensor: usize,
     /// Inverse covariance times robust weight, world axes, 1/m^2.
     pub(crate) information: Matrix3<f64>,
     /// From the joint's estimated place to where the sensor puts it, metres.
@@ -57,62 +59,101 @@ pub(crate) struct Sight {
     pub(crate) used: usize,
 }
 
+/// What two sensors share of a joint, by the unknowns of their sights.
+type Block = SMatrix<f64, PER_SIGHT, PER_SIGHT>;
+
 /// Everything that is known of one joint.
 pub(crate) struct JointSystem {
+    /// Of all unknowns; once the system is complete.
     normal: DMatrix<f64>,
-    /// What two sensors share, each pair one way only; part of `normal` once that is complete.
-    between: DMatrix<f64>,
+    /// The same by stretch of time, where that was asked for.
+    pub(crate) parts: Vec<DMatrix<f64>>,
+    /// By stretch of time (one for all if they are not kept apart) and pair of sensors, the second not after the first.
+    blocks: Vec<Vec<Block>>,
+    /// By sensor: where its sights' unknowns stand, and how many there are.
+    places: Vec<([usize; PER_SIGHT], usize)>,
     /// Downhill, by stretch of time.
-    gradients: Vec<DVector<f64>>,
+    pub(crate) gradients: Vec<DVector<f64>>,
 }
 
 impl JointSystem {
-    pub(crate) fn new(layout: Layout, stretches: usize) -> Self {
-        let size = layout.size();
+    /// `parted`: whether to keep the normal matrix of each stretch.
+    pub(crate) fn new(layout: Layout, stretches: usize, parted: bool) -> Self {
+        let (size, sensors) = (layout.size(), layout.sensors);
         Self {
             normal: DMatrix::zeros(size, size),
-            between: DMatrix::zeros(size, size),
+            parts: Vec::new(),
+            blocks: vec![
+                vec![Block::zeros(); block(sensors, 0)];
+                if parted { stretches } else { 1 }
+            ],
+            places: vec![([0; PER_SIGHT], 0); sensors],
             gradients: vec![DVector::zeros(size); stretches],
         }
     }
 
-    /// Adds to each pair of sensors the pair the other way round. To be called once, when all is added.
+    /// Puts what pairs of sensors share into the normal matrix. To be called once, when all is added.
     pub(crate) fn complete(&mut self) {
-        self.normal += &self.between + self.between.transpose();
+        let mut parts: Vec<_> = self.blocks.iter().map(|blocks| self.part(blocks)).collect();
+        for part in &parts {
+            self.normal += part;
+        }
+        if parts.len() < self.gradients.len() {
+            parts.clear();
+        }
+        self.parts = parts;
     }
 
-    /// Adds the sights of one instant, by sensor; the joint's own place is eliminated.
+    fn part(&self, blocks: &[Block]) -> DMatrix<f64> {
+        let mut part = DMatrix::zeros(self.normal.nrows(), self.normal.ncols());
+        for (one, (rows, height)) in self.places.iter().enumerate() {
+            for (other, (columns, width)) in self.places.iter().enumerate().take(one + 1) {
+                let shared = &blocks[block(one, other)];
+                for (c, column) in columns.iter().enumerate().take(*width) {
+                    for (r, row) in rows.iter().enumerate().take(*height) {
+                        part[(*row, *column)] += shared[(r, c)];
+                        if one != other {
+                            part[(*column, *row)] += shared[(r, c)];
+                        }
+                    }
+                }
+            }
+        }
+        part
+    }
+
+    /// Adds the sights of one instant, in the order of the sensors; the joint's own place is eliminated.
     pub(crate) fn add(&mut self, stretch: usize, sights: &[Sight]) {
         let total: Matrix3<f64> = sights.iter().map(|s| s.information).sum();
         let Some(covariance) = total.try_inverse() else {
             return;
         };
         let gradient = &mut self.gradients[stretch];
+        let blocks = if self.blocks.len() > 1 { stretch } else { 0 };
+        let blocks = &mut self.blocks[blocks];
         for (i, one) in sights.iter().enumerate() {
-            let pull = one.information * one.off;
+            self.places[one.sensor] = (one.index, one.used);
+            let turned = one.derivatives.transpose();
+            let pull = turned * (one.information * one.off);
             for k in 0..one.used {
-                gradient[one.index[k]] -= one.derivatives.column(k).dot(&pull);
+                gradient[one.index[k]] -= pull[k];
             }
+            let spread = -one.information * covariance;
             for (k, other) in sights.iter().enumerate().take(i + 1) {
-                let mut between = -one.information * covariance * other.information;
+                let mut between = spread * other.information;
                 if i == k {
                     between += one.information;
                 }
                 let half = between * other.derivatives;
-                let block = one.derivatives.tr_mul(&half);
-                let into = if i == k {
-                    &mut self.normal
-                } else {
-                    &mut self.between
-                };
-                for c in 0..other.used {
-                    for r in 0..one.used {
-                        into[(one.index[r], other.index[c])] += block[(r, c)];
-                    }
-                }
+                blocks[block(one.sensor, other.sensor)].gemm(1.0, &turned, &half, 1.0);
             }
         }
     }
+}
+
+/// Where the block of two sensors stands, the second not after the first.
+fn block(one: usize, other: usize) -> usize {
+    one * (one + 1) / 2 + other
 }
 
 /// What is believed before anything is seen: quadratic costs, as their normal matrix and downhill gradient.
@@ -126,19 +167,20 @@ pub(crate) struct Beliefs {
 
 /// The equations with what belongs to one joint alone eliminated.
 pub(crate) struct Reduced {
-    layout: Layout,
+    pub(crate) layout: Layout,
     /// 1 over the number of samples that say as much as one independent one.
-    share: f64,
+    pub(crate) share: f64,
     normal: DMatrix<f64>,
     gradient: DVector<f64>,
-    joints: Vec<Eliminated>,
+    pub(crate) joints: Vec<Eliminated>,
     held: Vec<bool>,
 }
 
-struct Eliminated {
-    factor: Cholesky<f64, Dyn>,
+/// What belongs to one joint alone.
+pub(crate) struct Eliminated {
+    pub(crate) factor: Cholesky<f64, Dyn>,
     /// Eliminated by shared, with the data's share.
-    coupling: DMatrix<f64>,
+    pub(crate) coupling: DMatrix<f64>,
     gradient: DVector<f64>,
 }
 

@@ -126,9 +126,9 @@ pub struct Thresholds {
     /// Share of bodies seen head down: a sensor hung upside down, whose tracker was made for upright people. Its pose
     /// may well be right, its joints hardly.
     pub hanging_share: [f64; 2],
-    /// Share of the bodies coming towards a sensor that walk backwards by their labels of left and right. Nobody does;
-    /// a sensor whose labels
-    /// are mirrored throughout gives 0.9; one that swaps now and then, up to 0.6.
+    /// Share of the bodies that face a sensor (by coming towards it, or by their toes) that show it their backs by its
+    /// labels of left and right. Nobody does; a sensor whose labels are mirrored throughout gives 0.9; one that swaps now
+    /// and then, up to 0.6.
     pub backwards_share: [f64; 2],
     /// How well a sensor's place must be known beside the others', standard deviation in mm.
     pub sigma_mm: [f64; 2],

@@ -23,8 +23,12 @@ const MOST: usize = 120;
 /// Hypotheses that pass the quick round; that are refined.
 const SHORT_LIST: usize = 40;
 const REFINED: usize = 4;
-/// Rounds of matching, re-weighting and fitting.
+/// Rounds of matching, re-weighting and fitting: at most, those with a wide scale, and the step (m, rad) that ends them.
 const ROUNDS: usize = 12;
+const WIDE_ROUNDS: usize = 3;
+const SETTLED: f64 = 1e-3;
+/// What an offset may move from where bodies were looked up, seconds: 1 mm of an arm that swings at 5 m/s^2.
+const STALE_S: f64 = 0.02;
 /// Bodies further apart than this are different people, metres: at the start, and once refined.
 const START_REACH_M: f64 = 0.5;
 pub(crate) const REACH_M: f64 = 0.6;
@@ -65,7 +69,7 @@ pub(crate) fn start(
     let shared: Vec<f64> = times
         .iter()
         .copied()
-        .filter(|time| !a.at(*time, 0.0).is_empty() && !b.at(*time, 0.0).is_empty())
+        .filter(|time| a.sees_at(*time) && b.sees_at(*time))
         .collect();
     if shared.len() < MIN_INSTANTS {
         return None;
@@ -93,7 +97,7 @@ pub(crate) fn start(
         .filter_map(|h| {
             refine(
                 &seen_a,
-                b,
+                (b, seen_b[h.offset].clone()),
                 &shared,
                 h.a_from_b,
                 offsets[h.offset],
@@ -162,20 +166,21 @@ fn score(
 /// Weighted Kabsch over all instants with robust weights, and the time offset along the velocities, in turns.
 fn refine(
     seen_a: &[Vec<Pose>],
-    b: &SensorTracks,
+    (b, mut seen_b): (&SensorTracks, Vec<Vec<Pose>>),
     times: &[f64],
     mut a_from_b: Isometry3<f64>,
     mut offset_s: f64,
     max_offset_s: f64,
 ) -> Option<PairStart> {
-    let mut seen_b = b.sample(times, offset_s);
+    // Between look-ups bodies are moved along their velocities.
+    let mut looked_up_s = offset_s;
     for round in 0..ROUNDS {
         let votes = vote(seen_a, &seen_b, &a_from_b, REACH_M);
         let matches = matches(seen_a, &seen_b, &a_from_b, &votes);
         let mut pairs = Vec::new();
         let (mut along, mut speed) = (0.0, 0.0);
-        let scale =
-            robust_scale(seen_a, &seen_b, &matches, &a_from_b) * if round < 3 { 6.0 } else { 3.0 };
+        let scale = robust_scale(seen_a, &seen_b, &matches, &a_from_b)
+            * if round < WIDE_ROUNDS { 6.0 } else { 3.0 };
         for (instant, found) in &matches {
             let (pose_a, pose_b) = (&seen_a[*instant][found.a], &seen_b[*instant][found.b]);
             for (_, p, q) in common(pose_a, pose_b, found.mirrored) {
@@ -193,11 +198,23 @@ fn refine(
             }
         }
         let fit: Transform<Sensor, Sensor> = kabsch(&pairs).ok()?.to_from_from;
+        let moved = a_from_b.inverse() * fit.isometry();
+        let settled = moved.translation.vector.norm().max(moved.rotation.angle()) < SETTLED;
         a_from_b = *fit.isometry();
         if max_offset_s > 0.0 && speed > 0.0 {
             let step = (along / speed).clamp(-OFFSET_STEP_S, OFFSET_STEP_S);
+            let before_s = offset_s;
             offset_s = (offset_s + step).clamp(-1.5 * max_offset_s, 1.5 * max_offset_s);
-            seen_b = b.sample(times, offset_s);
+            if (offset_s - looked_up_s).abs() > STALE_S {
+                seen_b = b.sample(times, offset_s);
+                looked_up_s = offset_s;
+            } else {
+                let poses = seen_b.iter_mut().flatten();
+                poses.for_each(|pose| pose.delay(offset_s - before_s));
+            }
+        }
+        if settled && round > WIDE_ROUNDS {
+            break;
         }
     }
     judge(seen_a, &seen_b, a_from_b, offset_s)

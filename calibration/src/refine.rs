@@ -72,22 +72,27 @@ pub(crate) fn refine(
             .map(|set| held_definition(*set, options))
             .collect(),
     };
-    let found = |setting: Setting| Refined {
-        bundled: bundle(sensors, times, unknowns.clone(), &setting),
+    let found = |setting: Setting, believable: fn(&Unknowns) -> bool| Refined {
+        bundled: bundle(sensors, times, unknowns.clone(), &setting, believable),
         biased: setting.ray_bias || held_bias,
         setting,
         sets: sets.clone(),
         reference,
     };
-    let first = found(setting.clone());
-    if !setting.ray_bias || PLAUSIBLE_BIAS_M.contains(&mean(&first.bundled.unknowns.ray_bias)) {
+    if !setting.ray_bias {
+        return found(setting, |_| true);
+    }
+    let can_be_skin = |unknowns: &Unknowns| PLAUSIBLE_BIAS_M.contains(&mean(&unknowns.ray_bias));
+    let first = found(setting.clone(), can_be_skin);
+    if first.bundled.believed {
         return first;
     }
-    found(Setting {
+    let without = Setting {
         ray_bias: false,
         directed: false,
         ..setting
-    })
+    };
+    found(without, |_| true)
 }
 
 fn mean(values: &[f64; JOINT_COUNT]) -> f64 {

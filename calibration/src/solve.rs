@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::Vector3;
 use posefuse_skeleton::{Calibration, SensorPose, Timestamp, Transform};
 
 use crate::bundle::sample;
@@ -12,10 +11,11 @@ use crate::posterior::posterior;
 use crate::refine::{Refined, refine};
 use crate::residual::{Evidence, instants, pair_rows, sensor_rows};
 use crate::tracks::SensorTracks;
+use crate::validate::{all_saw_somebody, validate};
 use crate::verdict::Findings;
 use crate::{
-    CalibrationError, HandFloor, Options, Report, SensorCovariance, SensorRow, SensorWalk,
-    Solution, Verdict, Walk,
+    CalibrationError, FloorRow, Options, PairRow, Reason, Report, SensorCovariance, SensorRow,
+    SensorWalk, Solution, Verdict, Walk,
 };
 use crate::{against, diagnose, floor, look, pair, verdict};
 
@@ -37,26 +37,12 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
     }
     let (start, span_s) = span(&walks);
     let sensors: Vec<SensorTracks> = walks.iter().map(|w| SensorTracks::new(w, start)).collect();
-    let blind: Vec<String> = sensors
-        .iter()
-        .filter(|sensor| sensor.is_empty())
-        .map(|sensor| sensor.name.clone())
-        .collect();
-    if !blind.is_empty() {
-        return Err(CalibrationError::NobodySeen { sensors: blind });
-    }
-
+    all_saw_somebody(&sensors)?;
     let (spacing_s, times, held_out) = instants(span_s, options);
-    let solved: Vec<f64> = times
-        .iter()
-        .zip(&held_out)
-        .filter_map(|(time, held_out)| (!held_out).then_some(*time))
-        .collect();
-    let max_offset_s = if options.time_offsets {
-        options.max_time_offset_s
-    } else {
-        0.0
-    };
+    let mut solved = times.clone();
+    let mut is_held_out = held_out.iter();
+    solved.retain(|_| is_held_out.next() == Some(&false));
+    let max_offset_s = f64::from(u8::from(options.time_offsets)) * options.max_time_offset_s;
     let held = held(&names, options);
     let edges = edges(&sensors, &solved, max_offset_s, &held);
     let case = Case {
@@ -77,14 +63,9 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
     let refined = refine(&walks, &sensors, &solved, placed, span_s, options);
     let raw = sample(&sensors, &times, refined.placed(), span_s / 2.0);
     let seen = refined.corrected(&raw);
+    let by_hand = options.floor.as_ref();
     let floor = if held.is_empty() {
-        floor::find(
-            &names,
-            &seen,
-            refined.placed(),
-            root,
-            options.floor.as_ref(),
-        )
+        floor::find(&names, &seen, refined.placed(), root, by_hand)
     } else {
         floor::kept(&names, &seen, refined.placed())
     };
@@ -97,41 +78,65 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
         placed: refined.placed(),
         room_from_world: floor.room_from_world,
     };
-    let weakest = graph::weakest(&tree, &edges);
-    let pairs = pair_rows(&evidence, |pair| {
-        (tree.contains(&pair), weakest == Some(pair))
-    });
-    // Sensors that are held keep their offsets, and so the room its clock.
-    let clock_s = if held.is_empty() {
-        refined.placed()[root].offset_s
-    } else {
-        0.0
+    let is_held = !held.is_empty();
+    let placing = Placing {
+        case: &case,
+        sensors: &sensors,
+        tree: &tree,
+        weakest: graph::weakest(&tree, &edges),
+        refined: &refined,
+        is_held,
+        // Sensors that are held keep their offsets, and so the room its clock.
+        clock_s: if is_held {
+            0.0
+        } else {
+            refined.placed()[root].offset_s
+        },
+        span_s,
     };
-    let mut rows = sensor_rows(&evidence, &pairs, &refined.bundled.samples, clock_s);
-    let covariance = add_sigmas(&evidence, &refined, &mut rows);
+    Ok(conclude(&placing, &evidence, floor, options))
+}
+
+/// How the sensors came to stand where they stand.
+struct Placing<'p> {
+    case: &'p Case<'p>,
+    sensors: &'p [SensorTracks],
+    tree: &'p BTreeSet<(usize, usize)>,
+    weakest: Option<(usize, usize)>,
+    refined: &'p Refined,
+    is_held: bool,
+    /// What time offsets are told against.
+    clock_s: f64,
+    span_s: f64,
+}
+
+/// The figures, the verdict on them, and the calibration.
+fn conclude(
+    placing: &Placing<'_>,
+    evidence: &Evidence<'_>,
+    floor: floor::Floor,
+    options: &Options,
+) -> Solution {
+    let refined = placing.refined;
+    let pairs = pair_rows(evidence, |pair| {
+        (placing.tree.contains(&pair), placing.weakest == Some(pair))
+    });
+    let samples = &refined.bundled.samples;
+    let mut rows = sensor_rows(evidence, &pairs, samples, placing.clock_s);
+    let covariance = add_sigmas(evidence, refined, &mut rows);
     let pairs: Vec<_> = pairs.into_iter().map(|(_, row, _)| row).collect();
-    let suspicions = verdict::suspicions(&rows, &pairs, options);
-    let causes = suspicions
-        .iter()
-        .filter_map(|s| diagnose::cause(&case, &sensors, *s));
-    let findings = Findings {
-        sensors: &rows,
+    let found = Found {
+        rows: &rows,
         pairs: &pairs,
         floor: &floor.row,
-        looks: &looks,
-        against: &against::against(&evidence),
-        turned: against::turned(&evidence),
-        causes: &causes.collect::<Vec<_>>(),
     };
-    let (verdict, mut reasons) = verdict::judge(&findings, options);
+    let (verdict, mut reasons) = judged(placing.case, placing.sensors, evidence, &found, options);
     reasons.extend(refined.notes());
-    let rows = if held.is_empty() {
-        none_ahead(rows)
-    } else {
-        rows
-    };
-    Ok(Solution {
-        calibration: calibration(&evidence, &rows, &floor, &refined, verdict, options),
+    if !placing.is_held {
+        none_ahead(&mut rows);
+    }
+    Solution {
+        calibration: calibration(evidence, &rows, &floor, refined, verdict, options),
         report: Report {
             verdict,
             reasons,
@@ -140,54 +145,39 @@ pub fn solve(walk: &Walk, options: &Options) -> Result<Solution, CalibrationErro
             floor: floor.row,
             ray_bias_mm: refined.ray_bias_mm(),
             covariance,
-            duration_s: span_s,
+            duration_s: placing.span_s,
         },
-    })
+    }
 }
 
-/// The index of the root sensor among the sorted `names`.
-fn validate(names: &[&str], options: &Options) -> Result<usize, CalibrationError> {
-    if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-        return Err(CalibrationError::DuplicateSensor(twice[0].to_owned()));
-    }
-    if names.is_empty() {
-        return Err(CalibrationError::NoSensor);
-    }
-    if let Some(hand) = &options.floor {
-        validate_floor(hand, names)?;
-    }
-    let Some(root) = &options.root else {
-        return Ok(0);
-    };
-    names
+/// The rows that the verdict rests on.
+struct Found<'f> {
+    rows: &'f [SensorRow],
+    pairs: &'f [PairRow],
+    floor: &'f FloorRow,
+}
+
+fn judged(
+    case: &Case<'_>,
+    sensors: &[SensorTracks],
+    evidence: &Evidence<'_>,
+    found: &Found<'_>,
+    options: &Options,
+) -> (Verdict, Vec<Reason>) {
+    let suspicions = verdict::suspicions(found.rows, found.pairs, options);
+    let causes = suspicions
         .iter()
-        .position(|name| name == root)
-        .ok_or_else(|| CalibrationError::UnknownRoot {
-            root: root.clone(),
-            sensors: names.iter().map(|name| (*name).to_owned()).collect(),
-        })
-}
-
-/// Whether a floor set by hand can be one.
-fn validate_floor(hand: &HandFloor, names: &[&str]) -> Result<(), CalibrationError> {
-    let refused = |what: &str| Err(CalibrationError::HandFloor(what.to_owned()));
-    if !names.contains(&hand.sensor.as_str()) {
-        return refused("its `sensor` must be one of this walk");
-    }
-    let up = hand.up.map(Vector3::from);
-    if up.is_some_and(|up| !(1e-6..1e6).contains(&up.norm())) {
-        return refused("its `up` must be a direction, such as [0, -1, 0] for a level sensor");
-    }
-    let numbers = [hand.height_m, hand.looks_deg].into_iter().flatten();
-    if numbers
-        .chain(hand.at_m.into_iter().flatten())
-        .any(|n| n.abs() > 1e4 || n.is_nan())
-    {
-        return refused(
-            "its `height_m`, `at_m` and `looks_deg` must be lengths in metres and an angle in degrees",
-        );
-    }
-    Ok(())
+        .filter_map(|s| diagnose::cause(case, sensors, *s));
+    let findings = Findings {
+        sensors: found.rows,
+        pairs: found.pairs,
+        floor: found.floor,
+        looks: case.looks,
+        against: &against::against(evidence),
+        turned: against::turned(evidence),
+        causes: &causes.collect::<Vec<_>>(),
+    };
+    verdict::judge(&findings, options)
 }
 
 /// The time during which two sensors or more (the only one, if it is alone) saw somebody: its start, and its length in
@@ -289,13 +279,12 @@ fn add_sigmas(
 }
 
 /// Time offsets with the largest as 0: added to a capture time, none gives a time that is yet to come.
-fn none_ahead(mut rows: Vec<SensorRow>) -> Vec<SensorRow> {
+fn none_ahead(rows: &mut [SensorRow]) {
     let offsets = rows.iter().map(|row| row.time_offset_ms);
     let largest_ms = offsets.fold(f64::NEG_INFINITY, f64::max);
-    for row in &mut rows {
+    for row in rows {
         row.time_offset_ms -= largest_ms;
     }
-    rows
 }
 
 fn named(groups: &[Vec<usize>], names: &[&str]) -> Vec<Vec<String>> {

@@ -47,6 +47,15 @@ pub(crate) struct Pose {
     pub(crate) joints: [Option<Point>; JOINT_COUNT],
 }
 
+impl Pose {
+    /// Moves it to where it was this much earlier, along its joints' velocities.
+    pub(crate) fn delay(&mut self, by_s: f64) {
+        for point in self.joints.iter_mut().flatten() {
+            point.at -= point.velocity * by_s;
+        }
+    }
+}
+
 /// Everything one sensor saw.
 #[derive(Clone, Debug)]
 pub(crate) struct SensorTracks {
@@ -88,6 +97,11 @@ impl SensorTracks {
         self.tracks.iter().all(|track| track.frames.is_empty())
     }
 
+    /// Whether a body was seen around the instant `time` by the sensor's stamps.
+    pub(crate) fn sees_at(&self, time: f64) -> bool {
+        self.tracks.iter().any(|track| track.around(time).is_some())
+    }
+
     /// The bodies at the true instant `time`, for this time offset.
     pub(crate) fn at(&self, time: f64, offset_s: f64) -> Vec<Pose> {
         self.tracks
@@ -113,9 +127,8 @@ impl Track {
         }
     }
 
-    /// The body at `stamp`: per joint a polynomial through the frames around it, which takes half off white noise and gives
-    /// the velocity along. `None` where there is no frame on each side.
-    fn pose(&self, track: usize, stamp: f64) -> Option<Pose> {
+    /// The index of the frame nearest to `stamp`; `None` where there is no frame on each side.
+    fn around(&self, stamp: f64) -> Option<usize> {
         let next = self.times.partition_point(|time| *time <= stamp);
         let before = *self.times.get(next.checked_sub(1)?)?;
         let after = match self.times.get(next) {
@@ -123,14 +136,14 @@ impl Track {
             None if before == stamp => before,
             None => return None,
         };
-        if after - before > MAX_GAP_S {
-            return None;
-        }
-        let nearest = if stamp - before <= after - stamp {
-            next - 1
-        } else {
-            next
-        };
+        let is_before_nearer = stamp - before <= after - stamp;
+        (after - before <= MAX_GAP_S).then_some(if is_before_nearer { next - 1 } else { next })
+    }
+
+    /// The body at `stamp`: per joint a polynomial through the frames around it, which takes half off white noise and gives
+    /// the velocity along. `None` where there is no frame on each side.
+    fn pose(&self, track: usize, stamp: f64) -> Option<Pose> {
+        let nearest = self.around(stamp)?;
         let middle = self.times[nearest];
         let first = self.times[..nearest].partition_point(|time| *time < middle - WINDOW_S);
         let last =

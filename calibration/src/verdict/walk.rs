@@ -23,7 +23,8 @@ pub(super) fn check_look(look: &Look, options: &Options, reasons: &mut Reasons) 
         above(look.backwards_share, limits.backwards_share),
         &[name],
         format!(
-            "`{name}` exchanges left and right: people who come towards it walk backwards in {:.0} % of its frames",
+            "`{name}` exchanges left and right: people who face it, by their way or by their toes, show it their backs in \
+             {:.0} % of its frames",
             look.backwards_share * 100.0
         ),
         "turn mirroring off in its driver or agent, and do not walk backwards; then repeat",
@@ -113,9 +114,9 @@ pub(super) fn note_crowd(looks: &[Look], reasons: &mut Reasons) {
         .iter()
         .map(|look| look.crowded_share)
         .max_by(f64::total_cmp)
+        && !crowded.is_empty()
     {
-        if !crowded.is_empty() {
-            reasons.0.push(Reason {
+        reasons.0.push(Reason {
                 severity: Verdict::Passed,
                 what: format!(
                     "more than one person was in view, in up to {:.0} % of a sensor's frames; those on whom the sensors \
@@ -125,6 +126,5 @@ pub(super) fn note_crowd(looks: &[Look], reasons: &mut Reasons) {
                 remedy: "for the best result let one person walk alone".to_owned(),
                 sensors: crowded,
             });
-        }
     }
 }
