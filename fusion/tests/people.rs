@@ -21,7 +21,8 @@ fn people_who_cross_keep_their_ids() {
                 ..Scenario::default()
             };
             let (world, outcome) = run(&scenario, &Config::default(), 20.0);
-            let score = score(&world, &outcome.frames, 1.0);
+            // Who stands still at the start, seen by one sensor and missed by two, is shown once they move.
+            let score = score(&world, &outcome.frames, 3.0);
             assert_eq!(
                 score.id_switches, 0,
                 "seed {seed}, {people} people: {score:?}"

@@ -78,3 +78,18 @@ fn frames_in_bunches_and_out_of_order_make_nobody_new() {
         "{verdict:?}"
     );
 }
+
+#[test]
+fn nobody_is_made_of_what_a_mirror_shows() {
+    for (layout, sensors) in [(Layout::Ring, 4), (Layout::Arc, 3)] {
+        let mut scenario = Scenario {
+            layout,
+            sensors,
+            ..harsh(Situation::Everyday, 1)
+        };
+        scenario.errors.mirror = true;
+        let verdict = judged(&scenario, 1..=2, 15.0);
+        assert!(verdict.person_frames > 800, "{verdict:?}");
+        assert_eq!((verdict.ghosts, verdict.missed), (0, 0), "{verdict:?}");
+    }
+}

@@ -19,10 +19,25 @@ const COUNTS_NS: i64 = 300_000_000;
 /// Contradicted by those who should see it, a candidate is born after this long if it has moved, and if not, ns.
 const MOVING_NS: i64 = 1_000_000_000;
 const STILL_NS: i64 = 20_000_000_000;
-/// Seen by one of several sensors and contradicted by none, it is born at once if it has moved, else after this long.
-const ALONE_NS: i64 = 5_000_000_000;
-/// It has moved when its trunk was this far from where it was first seen, metres.
-const MOVED_M: f64 = 0.2;
+/// Seen by one of several sensors and contradicted by none, or seen by more than contradict it, it is born at once if it
+/// has moved, else after this long; after the second of these if it was there when the sensors began to look, since then
+/// people have not moved yet, either.
+const ALONE_NS: [i64; 2] = [6_000_000_000, 3_000_000_000];
+/// Who is seen this early was there when the sensors began to look, ns.
+const BEGINNING_NS: i64 = 1_000_000_000;
+/// It has moved when its trunk was this far from where it was at first, metres.
+const MOVED_M: f64 = 0.3;
+/// Frames over which it is averaged where the trunk was at first, and a frame's share in where it was lately: a single
+/// frame can be far off.
+const FIRST_FRAMES: u32 = 4;
+const LATELY: f64 = 0.2;
+/// A joint last seen longer ago has only been carried on, ns.
+const SEEN_NS: i64 = 60_000_000;
+/// Contradicted in so many frames, it stays so while others are in the way.
+const CONTRADICTED_FRAMES: u32 = 6;
+/// Seen by one sensor only at first, it is seen by several after so many frames, and if it was contradicted, after so
+/// many: a body of somebody who passes by is taken for it in fewer.
+const CONFIRMED_FRAMES: [u32; 2] = [20, 45];
 /// The part of a view in which a tracker would certainly find somebody: depth, metres, and tangents of the angles to
 /// the middle of the trunk. Within the view of every depth sensor in use.
 const DEPTH_M: [f64; 2] = [2.0, 4.5];
@@ -37,6 +52,8 @@ const HIDES_M: f64 = 0.45;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Births {
     doubts: BTreeMap<u64, Doubt>,
+    /// When the first sensor looked first.
+    began: Option<Timestamp>,
     pub(super) mirrors: Vec<Plane>,
 }
 
@@ -50,12 +67,25 @@ pub(crate) struct Eye {
 /// What is held against one candidate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Doubt {
-    /// Where the trunk's joints were when first known.
-    first: [Option<Vector3<f64>>; 3],
+    /// The trunk's joints, as these sensors have them.
+    trunk: [Wander; 3],
+    seen_by: u64,
     moved_m: f64,
+    /// Frames in which one sensor saw the candidate, in which several did, in which it was contradicted.
+    alone: u32,
+    together: u32,
+    contradicted: u32,
     /// When each sensor that should have seen the candidate last did not.
     against: BTreeMap<SensorId, Timestamp>,
     mirror: Suspicion,
+}
+
+/// How a joint moves about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Wander {
+    frames: u32,
+    first: Vector3<f64>,
+    lately: Vector3<f64>,
 }
 
 impl People {
@@ -69,6 +99,7 @@ impl People {
         if self.eyes.len() <= sensor.index() {
             self.eyes.resize(sensor.index() + 1, None);
         }
+        self.births.began.get_or_insert(time);
         self.eyes[sensor.index()] = Some(Eye {
             origin: room_from_sensor.origin().vector(),
             looked: time,
@@ -149,23 +180,18 @@ impl People {
     fn is_doubtful(&mut self, index: usize, time: Timestamp) -> bool {
         let track = &self.tracks[index];
         let mut doubt = self.births.doubts.remove(&track.key).unwrap_or_default();
-        doubt.follow(track);
         let since = time.plus_ns(-COUNTS_NS);
         let seeing = track.sensors_since(since);
+        doubt.follow(track, seeing.bits(), time);
         doubt
             .against
             .retain(|sensor, looked| *looked >= since && !seeing.contains(*sensor));
-        let moved = doubt.moved_m > MOVED_M;
+        doubt.count(seeing.len());
         let looking = self.eyes.iter().flatten();
         let several = looking.filter(|eye| eye.looked >= since).count() > 1;
-        let wait_ns = if !doubt.against.is_empty() && doubt.against.len() >= seeing.len() {
-            if moved { MOVING_NS } else { STILL_NS }
-        } else if several && seeing.len() == 1 && !moved {
-            ALONE_NS
-        } else {
-            0
-        };
-        let waits = time.since_ns(track.since) < wait_ns;
+        let began = self.births.began.unwrap_or(track.since);
+        let early = track.since.since_ns(began) < BEGINNING_NS;
+        let waits = time.since_ns(track.since) < doubt.wait_ns(seeing.len(), several, early);
         let key = track.key;
         let image = self.is_image(index, time, &mut doubt.mirror);
         self.births.doubts.insert(key, doubt);
@@ -174,18 +200,78 @@ impl People {
 }
 
 impl Doubt {
-    /// Somebody who moves moves all of the trunk: a joint that is guessed wanders about alone.
-    fn follow(&mut self, track: &TrackState) {
+    /// Somebody who moves moves all of the trunk: a joint that is guessed wanders about alone. What moves when another
+    /// sensor joins in has not moved.
+    fn follow(&mut self, track: &TrackState, seen_by: u64, time: Timestamp) {
+        if seen_by != self.seen_by {
+            self.trunk = Default::default();
+            self.seen_by = seen_by;
+        }
         let mut moved_m = f64::INFINITY;
-        for (first, joint) in self.first.iter_mut().zip(TRUNK) {
-            if let Some(known) = &track.pose[joint as usize] {
-                let from = *first.get_or_insert(known.position);
-                moved_m = moved_m.min((known.position - from).norm());
+        for (wander, joint) in self.trunk.iter_mut().zip(TRUNK) {
+            let known = track.pose[joint as usize].as_ref();
+            if let Some(known) = known.filter(|known| time.since_ns(known.seen) <= SEEN_NS) {
+                moved_m = moved_m.min(wander.follow(known.position));
             }
         }
         if moved_m.is_finite() {
             self.moved_m = self.moved_m.max(moved_m);
         }
+    }
+
+    /// Another frame, with so many sensors that see the candidate.
+    fn count(&mut self, seeing: usize) {
+        if seeing > 1 {
+            self.together += 1;
+        } else {
+            self.alone += 1;
+        }
+        if self.is_against(seeing) {
+            self.contradicted += 1;
+        }
+    }
+
+    /// Whether as many sensors miss the candidate now as see it.
+    fn is_against(&self, seeing: usize) -> bool {
+        !self.against.is_empty() && self.against.len() >= seeing
+    }
+
+    /// How long the candidate has to wait from when it was first seen, ns. `several`: more than one sensor is looking;
+    /// `early`: they had only begun to.
+    fn wait_ns(&self, seeing: usize, several: bool, early: bool) -> i64 {
+        let against = self.is_against(seeing);
+        if self.moved_m > MOVED_M {
+            return if against { MOVING_NS } else { 0 };
+        }
+        let contradicted = self.contradicted >= CONTRADICTED_FRAMES;
+        let confirmed = if contradicted {
+            self.together >= CONFIRMED_FRAMES[1]
+        } else {
+            self.together >= self.alone.min(CONFIRMED_FRAMES[0])
+        };
+        let disputed = 2 * self.against.len() > seeing;
+        if against || contradicted && !confirmed {
+            STILL_NS
+        } else if several && !confirmed || disputed {
+            ALONE_NS[usize::from(early)]
+        } else {
+            0
+        }
+    }
+}
+
+impl Wander {
+    /// Takes the joint's next place; how far it has come, metres.
+    fn follow(&mut self, place: Vector3<f64>) -> f64 {
+        if self.frames == 0 {
+            self.lately = place;
+        }
+        if self.frames < FIRST_FRAMES {
+            self.frames += 1;
+            self.first += (place - self.first) / f64::from(self.frames);
+        }
+        self.lately += (place - self.lately) * LATELY;
+        (self.lately - self.first).norm()
     }
 }
 

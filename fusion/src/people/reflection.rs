@@ -15,9 +15,13 @@ use super::{People, TrackState};
 const FITS_M: f64 = 0.06;
 const FITS_PER_M: f64 = 0.022;
 /// Further away than this from all who see it, where sensors see badly and people are rarely, it fits more easily: metres,
-/// and how much more.
-const FAR_M: f64 = 5.0;
-const FAR_FITS: f64 = 1.6;
+/// and how much more. Up to the second of these it may or may not fit.
+const FAR_M: f64 = 4.5;
+const FAR_FITS: [f64; 2] = [1.6, 2.6];
+/// Nearer than this to a sensor, whoever several sensors see is no image, metres.
+const SURE_M: f64 = 3.5;
+/// A mirror that is known shows whose trunk is so near to where it would show somebody's, metres.
+const SHOWN_M: f64 = 0.5;
 /// Who is this far behind a mirror shows that there is none, metres.
 const BEHIND_M: f64 = 0.3;
 /// Fewest joints both need to have.
@@ -28,9 +32,11 @@ const APART_M: f64 = 0.7;
 const SAME_COSINE: f64 = 0.94;
 const SAME_M: f64 = 0.35;
 /// A plane that stood still while the person moved this far is a mirror, metres.
-const PROVEN_M: f64 = 0.6;
-/// Without proof a suspect waits this long, ns.
-const PATIENCE_NS: i64 = 10_000_000_000;
+const PROVEN_M: f64 = 0.45;
+/// Without proof a suspect waits this long, and one far away, ns.
+const PATIENCE_NS: [i64; 2] = [10_000_000_000, 30_000_000_000];
+/// One far away of which it was never clear whether it fits waits this long, ns.
+const UNCLEAR_NS: i64 = 2_000_000_000;
 /// Looks one after the other that must not fit before a suspect is cleared.
 const CLEARED_AFTER: u32 = 10;
 /// Mirrors that are remembered.
@@ -52,6 +58,15 @@ pub(crate) struct Suspicion {
     first: Option<(Plane, Vector3<f64>, Timestamp)>,
     misfits: u32,
     cleared: bool,
+}
+
+/// What the candidate's pose says.
+enum Likeness {
+    /// It is as the mirror would show whoever is there.
+    Fits(Plane, Vector3<f64>),
+    /// It may be: too little is seen, and from too far.
+    Unclear,
+    Differs,
 }
 
 impl Plane {
@@ -79,20 +94,33 @@ impl People {
         time: Timestamp,
         suspicion: &mut Suspicion,
     ) -> bool {
+        let far = self.is_far(index, time);
+        let seeing = self.tracks[index].sensors_since(time.plus_ns(-FRESH_NS));
+        if seeing.len() > 1 && self.away_m(index, time) < SURE_M {
+            // Nobody hangs a mirror where several sensors see all of somebody in it.
+            return false;
+        }
+        if self.is_shown(index, time) {
+            return true;
+        }
         if suspicion.cleared {
             return false;
         }
-        let found = (0..self.tracks.len())
-            .filter(|&other| other != index)
-            .find_map(|other| self.image_of(index, other, time));
-        let fitting = found.filter(|(plane, person)| {
-            let first = suspicion.first.as_ref();
-            first.is_none_or(|(first, ..)| first.is_like(plane, *person))
-        });
-        let Some((plane, person)) = fitting else {
-            suspicion.misfits += 1;
-            suspicion.cleared = suspicion.first.is_none() || suspicion.misfits >= CLEARED_AFTER;
-            return !suspicion.cleared;
+        let (plane, person) = match self.likeness(index, time, far, suspicion) {
+            Likeness::Fits(plane, person) => (plane, person),
+            Likeness::Unclear => {
+                let waits_ns = time.since_ns(match &suspicion.first {
+                    Some((.., since)) => *since,
+                    None => self.tracks[index].since,
+                });
+                let never = suspicion.first.is_none();
+                return waits_ns < if never { UNCLEAR_NS } else { PATIENCE_NS[1] };
+            }
+            Likeness::Differs => {
+                suspicion.misfits += 1;
+                suspicion.cleared = suspicion.first.is_none() || suspicion.misfits >= CLEARED_AFTER;
+                return !suspicion.cleared;
+            }
         };
         suspicion.misfits = 0;
         let (first, was, since) = *suspicion.first.get_or_insert((plane, person, time));
@@ -100,47 +128,100 @@ impl People {
         if mirrors.iter().any(|mirror| mirror.is_like(&plane, person)) {
             return true;
         }
-        if (person - was).xy().norm() > PROVEN_M {
+        if (person - was).norm() > PROVEN_M {
             if mirrors.len() == MAX_MIRRORS {
                 mirrors.remove(0);
             }
             mirrors.push(first);
             return true;
         }
-        time.since_ns(since) < PATIENCE_NS
+        time.since_ns(since) < PATIENCE_NS[usize::from(far)]
     }
 
-    /// The mirror in which track number `index` would be the image of number `other`, and where that one is.
-    fn image_of(
-        &self,
-        index: usize,
-        other: usize,
-        time: Timestamp,
-    ) -> Option<(Plane, Vector3<f64>)> {
-        let (image, person) = (&self.tracks[index], &self.tracks[other]);
-        if time.since_ns(person.last_seen) > FRESH_NS {
-            return None;
-        }
-        let (off_m, plane) = mirror_between(person, image)?;
-        let there = image.trunk()?;
-        let mut origins = self.eyes.iter().flatten().map(|eye| eye.origin).peekable();
-        // Sensors are in the room, and so is everybody who is no image.
-        if origins.clone().next().is_none()
-            || origins.clone().any(|origin| plane.beyond(origin) > 0.0)
-            || self.is_peopled(&plane)
-        {
-            return None;
-        }
-        let seeing = image.sensors_since(time.plus_ns(-FRESH_NS));
+    /// Whether a known mirror shows somebody where candidate number `index` is.
+    fn is_shown(&self, index: usize, time: Timestamp) -> bool {
+        let Some(there) = self.tracks[index].trunk() else {
+            return false;
+        };
+        let fresh =
+            |track: &&TrackState| track.id.is_some() && time.since_ns(track.last_seen) <= FRESH_NS;
+        let trunks = self.tracks.iter().filter(fresh);
+        trunks.filter_map(TrackState::trunk).any(|trunk| {
+            let mut mirrors = self.births.mirrors.iter();
+            mirrors.any(|mirror| (mirror.image(trunk) - there).norm() < SHOWN_M)
+        })
+    }
+
+    /// How far track number `index` is from the nearest sensor that sees it, metres.
+    fn away_m(&self, index: usize, time: Timestamp) -> f64 {
+        let Some(there) = self.tracks[index].trunk() else {
+            return f64::INFINITY;
+        };
+        let seeing = self.tracks[index].sensors_since(time.plus_ns(-FRESH_NS));
         let from = |sensor: SensorId| self.eyes.get(sensor.index()).copied().flatten();
-        let away_m = seeing
+        seeing
             .iter()
             .filter_map(from)
-            .map(|eye| (there - eye.origin).norm());
-        let nearest_m = away_m.fold(f64::INFINITY, f64::min);
-        let far = if nearest_m > FAR_M { FAR_FITS } else { 1.0 };
-        let fits_m = far * (FITS_M + FITS_PER_M * nearest_m.min(2.0 * FAR_M));
-        (off_m < fits_m).then_some((plane, person.trunk()?))
+            .map(|eye| (there - eye.origin).norm())
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    fn is_far(&self, index: usize, time: Timestamp) -> bool {
+        let away_m = self.away_m(index, time);
+        away_m.is_finite() && away_m > FAR_M
+    }
+
+    /// Whether candidate number `index` is as a mirror would show anybody, the one that is suspected if there is one.
+    fn likeness(
+        &self,
+        index: usize,
+        time: Timestamp,
+        far: bool,
+        suspicion: &Suspicion,
+    ) -> Likeness {
+        let mut likeness = Likeness::Differs;
+        for other in (0..self.tracks.len()).filter(|&other| other != index) {
+            match self.likeness_to(index, other, time, far) {
+                Likeness::Fits(plane, person) => {
+                    let first = suspicion.first.as_ref();
+                    if first.is_none_or(|(first, ..)| first.is_like(&plane, person)) {
+                        return Likeness::Fits(plane, person);
+                    }
+                }
+                Likeness::Unclear => likeness = Likeness::Unclear,
+                Likeness::Differs => {}
+            }
+        }
+        likeness
+    }
+
+    /// Whether a mirror would show track number `other` as number `index`.
+    fn likeness_to(&self, index: usize, other: usize, time: Timestamp, far: bool) -> Likeness {
+        let (image, person) = (&self.tracks[index], &self.tracks[other]);
+        let origins = self.eyes.iter().flatten().map(|eye| eye.origin);
+        if time.since_ns(person.last_seen) > FRESH_NS || origins.clone().next().is_none() {
+            return Likeness::Differs;
+        }
+        let Some((off_m, plane)) = mirror_between(person, image) else {
+            let few = image.pose.iter().flatten().count() < MIN_JOINTS;
+            return if far && few {
+                Likeness::Unclear
+            } else {
+                Likeness::Differs
+            };
+        };
+        // Sensors are in the room, and so is everybody who is no image.
+        let mut beyond = origins.map(|origin| plane.beyond(origin));
+        if beyond.any(|beyond_m| beyond_m > 0.0) || self.is_peopled(&plane) {
+            return Likeness::Differs;
+        }
+        let fits_m = FITS_M + FITS_PER_M * self.away_m(index, time).min(2.0 * FAR_M);
+        let [fits, may_fit] = if far { FAR_FITS } else { [1.0; 2] };
+        match person.trunk() {
+            Some(trunk) if off_m < fits * fits_m => Likeness::Fits(plane, trunk),
+            Some(_) if off_m < may_fit * fits_m => Likeness::Unclear,
+            _ => Likeness::Differs,
+        }
     }
 
     /// Whether somebody is behind `plane`.

@@ -320,10 +320,10 @@ fn a_person_whom_other_trackers_miss_is_believed_when_they_walk() {
 }
 
 #[test]
-fn who_is_out_of_the_others_sight_is_born_at_once_if_nobody_else_looks_or_they_move() {
+fn who_is_out_of_the_others_sight_is_born_once_they_move() {
     let walk = |second: f64| vec![placed(2, person(1.0 - 2.0 * second, 2.6))];
-    let seen = shown(0.5, walk, &[]);
-    assert!(seen[8..].iter().all(|count| *count == 1), "{seen:?}");
+    let seen = shown(0.7, walk, &[]);
+    assert!(seen[14..].iter().all(|count| *count == 1), "{seen:?}");
 }
 
 /// A person's image in a mirror at x = -2, sides named as they look.

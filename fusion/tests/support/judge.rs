@@ -188,8 +188,8 @@ impl<'a> Judge<'a> {
             let Some(taken) = taken else { continue };
             self.verdict.labelled += 1;
             let right = [0, 1].map(|half| taken.mirrored[half] == body.swapped[half]);
-            for half in 0..2 {
-                self.verdict.right[half] += usize::from(right[half]);
+            for (total, right) in self.verdict.right.iter_mut().zip(right) {
+                *total += usize::from(right);
             }
             if seconds < 2.0 {
                 self.verdict.labelled_early += 1;
