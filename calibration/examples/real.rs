@@ -39,12 +39,12 @@ fn main() {
         }
         for file in kinects::files(&folder) {
             let single = experiment.ends_with("_6");
-            if let Some((angle, plain, ours)) = line(&file, scenarios) {
-                if single {
-                    let medians = by_angle.entry(angle).or_default();
-                    medians[0].push(plain);
-                    medians[1].push(ours);
-                }
+            if let Some((angle, plain, ours)) = line(&file, scenarios)
+                && single
+            {
+                let medians = by_angle.entry(angle).or_default();
+                medians[0].push(plain);
+                medians[1].push(ours);
             }
         }
     }

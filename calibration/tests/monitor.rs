@@ -27,7 +27,7 @@ impl Dice {
 }
 
 fn id(index: usize) -> SensorId {
-    SensorId::new(index).unwrap()
+    SensorId::new(index).expect("a number below 64")
 }
 
 /// A ring of sensors that look at its middle, and what each has been moved by, in room axes about its own place.

@@ -15,8 +15,11 @@ use crate::survey::world;
 /// Cases of each kind.
 pub(crate) const EACH: usize = 10;
 
-/// The kinds, and how a case of each is made from its number.
-pub(crate) const KINDS: [(&str, fn(usize) -> Walk); 10] = [
+/// A kind's name, and how a case of it is made from its number.
+type Kind = (&'static str, fn(usize) -> Walk);
+
+/// The kinds.
+pub(crate) const KINDS: [Kind; 10] = [
     ("standing still", standing),
     ("one plane", one_plane),
     ("bumped half-way", bumped),
@@ -40,7 +43,7 @@ fn good_world(case: usize) -> Arc<World> {
     world(
         layout(case),
         [3, 4, 2, 6, 3][case % 5],
-        case % 3 == 0,
+        case.is_multiple_of(3),
         200 + case as u64,
     )
 }

@@ -64,14 +64,15 @@ pub(crate) fn pairs(a: &SensorWalk, b: &SensorWalk, least: f32) -> Vec<PointPair
             continue;
         };
         for (joint, from) in from.joints.iter() {
-            if let Some(to) = &to.joints[joint] {
-                if from.confidence.get() >= least && to.confidence.get() >= least {
-                    pairs.push(PointPair {
-                        to: to.position,
-                        from: from.position,
-                        weight: 1.0,
-                    });
-                }
+            if let Some(to) = &to.joints[joint]
+                && from.confidence.get() >= least
+                && to.confidence.get() >= least
+            {
+                pairs.push(PointPair {
+                    to: to.position,
+                    from: from.position,
+                    weight: 1.0,
+                });
             }
         }
     }

@@ -339,7 +339,8 @@ fn image(body: &Body) -> Body {
 #[test]
 fn an_image_in_a_mirror_is_nobody_and_a_second_person_is() {
     // The sensors' origins are at x = 3, -0.1 and -3: the first two alone are before the mirror.
-    let look = |mut second: Box<dyn FnMut(f64, &Body) -> Body>| {
+    type Second = Box<dyn FnMut(f64, &Body) -> Body>;
+    let look = |mut second: Second| {
         let mut room = Room::new();
         let mut shown = 0;
         for frame in 0..240 {

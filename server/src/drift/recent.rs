@@ -1,4 +1,5 @@
-//! What each sensor saw of people in the last minute, to find one sensor's place anew from.
+//! What each sensor saw in the last minute, to find one sensor's place anew from. Frames without people are kept, too: a
+//! sensor that nobody stands in front of is not one that sends nothing.
 //!
 //! At most 15 frames a second, 60 s and 4 people: 0.9 MB per sensor and person, 3.6 MB per sensor at the most.
 
@@ -53,7 +54,8 @@ impl Recent {
         let seen = |(id, name, joint_set): (SensorId, String, JointSet)| {
             let frames = self.0.get(&id)?.iter();
             let frames: Vec<_> = frames.filter(|f| f.time >= since).cloned().collect();
-            (!frames.is_empty()).then_some(SensorWalk {
+            let saw_somebody = frames.iter().any(|frame| !frame.bodies.is_empty());
+            saw_somebody.then_some(SensorWalk {
                 name,
                 joint_set: Some(joint_set),
                 frames,
@@ -67,6 +69,9 @@ impl Recent {
 
 #[cfg(test)]
 mod tests {
+    use posefuse_calibration::WalkBody;
+    use posefuse_skeleton::JointMap;
+
     use super::*;
 
     fn id(index: usize) -> SensorId {
@@ -76,7 +81,17 @@ mod tests {
     fn frame(seconds: f64) -> WalkFrame {
         WalkFrame {
             time: Timestamp::from_seconds(seconds),
+            bodies: vec![WalkBody {
+                tracking_id: 1,
+                joints: JointMap::default(),
+            }],
+        }
+    }
+
+    fn empty(seconds: f64) -> WalkFrame {
+        WalkFrame {
             bodies: Vec::new(),
+            ..frame(seconds)
         }
     }
 
@@ -97,5 +112,25 @@ mod tests {
         assert_eq!(walk.sensors[0].frames.len(), 100);
         recent.forget_before(Timestamp::from_seconds(100.0));
         assert_eq!(of(&recent, 1), 0);
+    }
+
+    #[test]
+    fn a_sensor_that_sees_nobody_at_the_end_has_not_left_and_one_that_never_saw_anybody_is_not_asked()
+     {
+        let mut recent = Recent::default();
+        for i in 0..30 {
+            recent.add(id(0), frame(f64::from(i)));
+            recent.add(id(1), empty(f64::from(i)));
+            let seen = if i < 10 { frame } else { empty };
+            recent.add(id(2), seen(f64::from(i)));
+        }
+        let sensors = [0, 1, 2].map(|i| (id(i), format!("s{i}"), JointSet::KinectV2));
+        let walk = recent.walk(sensors.clone().into_iter(), Timestamp::from_seconds(5.0));
+        let names: Vec<_> = walk.sensors.iter().map(|seen| seen.name.as_str()).collect();
+        assert_eq!(names, ["s0", "s2"]);
+        let last = walk.sensors[1].frames.last().map(|frame| frame.time);
+        assert_eq!(last, Some(Timestamp::from_seconds(29.0)));
+        let later = recent.walk(sensors.into_iter(), Timestamp::from_seconds(20.0));
+        assert_eq!(later.sensors.len(), 1, "it has seen nobody since");
     }
 }

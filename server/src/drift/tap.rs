@@ -18,7 +18,7 @@ const QUEUE: usize = 1024;
 pub(crate) enum Seen {
     /// One person by several sensors.
     Comparison(Box<Comparison>),
-    /// A sensor's frame with people in it, its time on the server's clock.
+    /// A sensor's frame, its time on the server's clock. One without people tells that the sensor works.
     Frame(SensorId, WalkFrame),
 }
 
@@ -64,7 +64,7 @@ impl Tap {
     pub(crate) fn frame(&mut self, observation: &Observation, time: Timestamp) {
         let last = &mut self.last[observation.sensor.index()];
         let is_close = last.is_some_and(|last| (0..SPACING_NS).contains(&time.since_ns(last)));
-        if observation.bodies.is_empty() || is_close {
+        if is_close {
             return;
         }
         *last = Some(time);
