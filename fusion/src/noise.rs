@@ -33,18 +33,15 @@ impl Noise {
         trusted: f64,
         age_s: f64,
     ) -> Self {
-        let line = position - origin;
-        let z = line.norm();
-        let ray = if z > 1e-6 { line / z } else { Vector3::z() };
-        let lateral = (1.5 * 0.8 / 585.0 * z).max(FLOOR_M);
-        let axial = (0.0012 + 0.0019 * (z - 0.4) * (z - 0.4)).max(FLOOR_M);
+        let image = Self::of_image(position, origin);
         let guess = guess_sigma(confidence, trusted);
         let ageing = AGEING_MPS * age_s;
         let extra = guess * guess + ageing * ageing;
+        let floor = FLOOR_M * FLOOR_M;
         Self {
-            ray,
-            lateral: lateral * lateral + extra,
-            axial: axial * axial + extra,
+            ray: image.ray,
+            lateral: image.lateral.max(floor) + extra,
+            axial: image.axial.max(floor) + extra,
         }
     }
 

@@ -4,9 +4,10 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use posefuse_skeleton::JOINT_COUNT;
+use posefuse_skeleton::{JOINT_COUNT, SensorId};
 
 use super::evidence::{Reading, Word};
+use super::slow::SlowErrors;
 use super::{Moment, PersonFilter, Scratch};
 use crate::people::median;
 
@@ -26,11 +27,7 @@ impl PersonFilter {
         let unsure = known.belief.place_covariance().trace() / 3.0;
         for word in words {
             let reading = &readings[word.reading];
-            let found = self
-                .slow
-                .binary_search_by_key(&reading.sensor, |s| s.sensor);
-            if let (true, Ok(at)) = (reading.fresh, found) {
-                let slow = &mut self.slow[at];
+            if let (true, Some(slow)) = (reading.fresh, slow_of(&mut self.slow, reading.sensor)) {
                 let there = known.belief.place_at(-reading.age_s) + slow.of(index, word.sure).0;
                 let off = reading.body.position[index] - there;
                 let weight = if word.sure { word.weight } else { 1.0 };
@@ -48,22 +45,16 @@ impl PersonFilter {
     ) {
         let Scratch { words, squares, .. } = scratch;
         for (number, reading) in readings.iter().enumerate().filter(|(_, r)| r.fresh) {
-            let found = self
-                .slow
-                .binary_search_by_key(&reading.sensor, |s| s.sensor);
-            let Ok(at) = found else {
+            let Some(slow) = slow_of(&mut self.slow, reading.sensor) else {
                 continue;
             };
-            let slow = &mut self.slow[at];
             squares.clear();
             squares.extend(words.iter().filter_map(|word| {
                 let known = word.unsure? + SLOW_SHARE * slow.usual();
                 let quick = word.off.norm_squared() / 3.0 - known;
                 (word.sure && word.reading == number).then_some(quick / word.image)
             }));
-            if squares.len() >= MIN_JOINTS
-                && let Some(middle) = median(squares)
-            {
+            if let Some(middle) = middle(squares) {
                 slow.listen(middle * MEAN_OF_MEDIAN, moment.elapsed_s);
             }
         }
@@ -82,13 +73,9 @@ impl PersonFilter {
     ) {
         let Scratch { words, squares, .. } = scratch;
         for (number, reading) in readings.iter().enumerate().filter(|(_, r)| r.fresh) {
-            let found = self
-                .slow
-                .binary_search_by_key(&reading.sensor, |s| s.sensor);
-            let Ok(at) = found else {
+            let Some(slow) = slow_of(&mut self.slow, reading.sensor) else {
                 continue;
             };
-            let slow = &mut self.slow[at];
             squares.clear();
             squares.extend(said.iter().enumerate().filter_map(|(index, said)| {
                 let words = &words[said.clone()];
@@ -98,9 +85,7 @@ impl PersonFilter {
                 let apart = own.off + slow.of(index, true).0 - place;
                 Some(apart.norm_squared() - 3.0 * (unsure + own.quick + slow.usual()))
             }));
-            if squares.len() >= MIN_JOINTS
-                && let Some(middle) = median(squares)
-            {
+            if let Some(middle) = middle(squares) {
                 slow.blame(middle, moment.elapsed_s);
             }
         }
@@ -113,6 +98,19 @@ impl PersonFilter {
             .filter_map(|reading| Some(self.slow_of(reading.sensor)?.fault()));
         faults.reduce(f64::min).unwrap_or(0.0)
     }
+}
+
+/// What is known of `sensor` among all, which are in order of sensors.
+fn slow_of(all: &mut [SlowErrors], sensor: SensorId) -> Option<&mut SlowErrors> {
+    let found = all.binary_search_by_key(&sensor, |slow| slow.sensor);
+    Some(&mut all[found.ok()?])
+}
+
+/// The median over a body's joints, if they are enough to speak for the whole of it.
+fn middle(squares: &mut [f64]) -> Option<f64> {
+    (squares.len() >= MIN_JOINTS)
+        .then(|| median(squares))
+        .flatten()
 }
 
 /// Where `words` say a joint is, relative to the expectation (metres), and the variance of that per axis (m^2).
