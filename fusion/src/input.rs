@@ -27,6 +27,18 @@ pub enum Input {
     Tick(Timestamp),
 }
 
+impl Input {
+    /// When the input tells the engine how late it is; `None` where it does not.
+    pub fn time(&self) -> Option<Timestamp> {
+        match self {
+            Self::Observation(observation) => Some(observation.received),
+            Self::ClockSample(sample) => Some(sample.returned),
+            Self::Tick(time) => Some(*time),
+            Self::Sensor(_) | Self::Calibration(_) | Self::Mute { .. } => None,
+        }
+    }
+}
+
 /// One answered clock probe: four stamps, as in NTP (RFC 5905).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ClockSample {

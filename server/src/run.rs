@@ -16,7 +16,7 @@ use crate::drift::{self, Drift};
 use crate::fusion_thread::{self, Command, Fusion};
 use crate::ingest::{IngestService, Registry};
 use crate::net;
-use crate::room::{CalibrationStore, Room, RoomService, Takes, watch_over};
+use crate::room::{CalibrationStore, Noted, Room, RoomService, Takes, watch_over};
 use crate::{Clock, Config, Listener, Parts, ServerError, SystemClock, Threads};
 
 /// How long agents' streams and other work may take to end.
@@ -134,6 +134,7 @@ impl Running {
             calibration,
             takes: Takes::new(troubles),
             drift: Drift::default(),
+            noted: Noted::default(),
             muting: tokio::sync::Mutex::default(),
             changing: tokio::sync::Mutex::default(),
             disk_free: AtomicU64::new(u64::MAX),

@@ -31,7 +31,7 @@ pub(crate) use calibration::{CalibrationStore, REMEDY};
 pub(crate) use calibration_result::{failed as calibration_failed, result as calibration_result};
 pub use recording::BUILD;
 pub(crate) use takes::Takes;
-pub(crate) use watchman::watch_over;
+pub(crate) use watchman::{Noted, watch_over};
 
 use crate::drift::Drift;
 use crate::fusion_thread::{Command, Commands, Inputs, Snapshot};
@@ -58,6 +58,8 @@ pub(crate) struct Room {
     pub(crate) takes: Takes,
     /// Whether the sensors still stand where they should.
     pub(crate) drift: Drift,
+    /// What the watchman last saw the sensors do.
+    pub(crate) noted: Noted,
     /// Held while a sensor is muted or taken in again.
     pub(crate) muting: tokio::sync::Mutex<()>,
     /// Held while a take starts or stops and while the calibration changes: never both, so no sensor moves in a take.

@@ -12,6 +12,7 @@ use tonic::Status;
 use super::Room;
 use super::catalogue::{check_text, refused, take_to_wire};
 use super::takes::Recording;
+use super::watchman::note_changes;
 use crate::fusion_thread::Command;
 use crate::record::{self, Opening, Preamble, Progress, RecorderTap};
 
@@ -149,6 +150,8 @@ impl Room {
     /// Ends the running take: what came before is in it, with index and footer.
     pub(crate) async fn end_take(&self) -> Result<v1::Take, Status> {
         let _changing = self.changing.lock().await;
+        // What happened since the watchman last looked belongs into the take.
+        note_changes(self);
         let recording = self.takes.current().take();
         let Some(recording) = recording else {
             return Err(Status::failed_precondition("no take is being recorded"));

@@ -1,7 +1,7 @@
 //! Looks after the room ten times a second: notes when a sensor comes, stalls, recovers or goes, and how full the disk is.
 
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use posefuse_proto::v1::SensorState;
@@ -15,14 +15,17 @@ const BEAT: Duration = Duration::from_millis(100);
 /// The disk is looked at every so many beats.
 const DISK_BEATS: u64 = 10;
 
+/// What each sensor did when it was last looked at.
+#[derive(Debug, Default)]
+pub(crate) struct Noted(Mutex<Vec<SensorState>>);
+
 /// Runs until the server stops.
 pub(crate) async fn watch_over(room: Arc<Room>) {
-    let mut states: Vec<SensorState> = Vec::new();
     for beat in 0_u64.. {
         if beat % DISK_BEATS == 0 {
             room.look_at_disk().await;
         }
-        note_changes(&room, &mut states);
+        note_changes(&room);
         room.takes.notice_end(&room.clock.rfc3339());
         tokio::select! {
             () = room.clock.sleep(BEAT) => {}
@@ -31,8 +34,9 @@ pub(crate) async fn watch_over(room: Arc<Room>) {
     }
 }
 
-/// Notes each sensor whose state is another than in `states`.
-pub(super) fn note_changes(room: &Room, states: &mut Vec<SensorState>) {
+/// Notes each sensor whose state is another than when it was last looked at.
+pub(super) fn note_changes(room: &Room) {
+    let mut states = (room.noted.0.lock()).unwrap_or_else(PoisonError::into_inner);
     let now = room.clock.now();
     for (index, sensor) in room.registry.sensors().iter().enumerate() {
         let state = sensors::state(sensor, now);

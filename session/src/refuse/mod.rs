@@ -187,7 +187,7 @@ impl Run {
     fn input(&mut self, input: Input) -> Result<()> {
         self.writer.input(&input)?;
         self.inputs += 1;
-        let time = time_of(&input);
+        let time = input.time();
         self.engine.handle(input);
         self.drain()?;
         if let Some(time) = time {
@@ -199,7 +199,7 @@ impl Run {
 
     /// Before the input, lets the engine have the ticks that it asks for; recorded ticks only tell the time.
     fn input_with_own_ticks(&mut self, input: Input) -> Result<()> {
-        if let Some(now) = time_of(&input) {
+        if let Some(now) = input.time() {
             let mut last = None;
             while let Output::WakeAt(Some(wake)) = self.engine.poll() {
                 // A deadline that does not move on would never end.
@@ -241,15 +241,5 @@ impl Run {
             first_difference: compared.first_difference,
             from_snapshot,
         })
-    }
-}
-
-/// When an input tells the engine how late it is.
-fn time_of(input: &Input) -> Option<Timestamp> {
-    match input {
-        Input::Observation(observation) => Some(observation.received),
-        Input::ClockSample(sample) => Some(sample.returned),
-        Input::Tick(time) => Some(*time),
-        Input::Sensor(_) | Input::Calibration(_) | Input::Mute { .. } => None,
     }
 }

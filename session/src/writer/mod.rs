@@ -76,12 +76,7 @@ impl TakeWriter {
     }
 
     fn write_input(&mut self, input: &Input, logged: Option<u64>) -> Result<()> {
-        let time = match input {
-            Input::Observation(observation) => observation.received,
-            Input::ClockSample(sample) => sample.returned,
-            Input::Tick(time) => *time,
-            Input::Sensor(_) | Input::Calibration(_) | Input::Mute { .. } => self.now,
-        };
+        let time = input.time().unwrap_or(self.now);
         if logged.is_none() {
             self.now = self.now.max(time);
         }

@@ -195,18 +195,8 @@ fn inputs(located: &Located, calibration: Option<Arc<Calibration>>) -> anyhow::R
     Ok(Box::new(first.into_iter().map(Ok).chain(kept).map(
         move |input| {
             let input = input?;
-            now = time_of(&input).map_or(now, |time| time.max(now));
+            now = input.time().map_or(now, |time| time.max(now));
             Ok((now, input))
         },
     )))
-}
-
-/// When an input tells the engine how late it is.
-fn time_of(input: &Input) -> Option<Timestamp> {
-    match input {
-        Input::Observation(observation) => Some(observation.received),
-        Input::ClockSample(sample) => Some(sample.returned),
-        Input::Tick(time) => Some(*time),
-        Input::Sensor(_) | Input::Calibration(_) | Input::Mute { .. } => None,
-    }
 }
