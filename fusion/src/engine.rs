@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use posefuse_skeleton::{
-    AgentTime, Calibration, Comparison, Observation, RoomFrame, SensorId, SensorInfo, Timestamp,
-    TrackId,
+    AgentTime, Calibration, Comparison, Observation, Room, RoomFrame, SensorId, SensorInfo, Skeleton,
+    Timestamp, TrackId,
 };
 use serde::{Deserialize, Serialize};
 
@@ -146,6 +146,14 @@ impl Engine {
     /// A time of `sensor`'s agent in the server's clock; `None` before the first answered probe.
     pub fn map_time(&self, sensor: SensorId, time: AgentTime) -> Option<Timestamp> {
         self.sensor(sensor)?.clock.map(time)
+    }
+
+    /// Where this engine would take the bodies of `observation` to be, and when: in the room, put right by what the
+    /// calibration in force knows. Nothing is refused and nothing remembered. `None` while the sensor's clock is not mapped
+    /// or its place not known.
+    pub fn locate(&self, observation: &Observation) -> Option<(Timestamp, Vec<Skeleton<Room>>)> {
+        self.sensor(observation.sensor)?
+            .locate(observation, &self.config)
     }
 
     /// Whether to keep, from now on, what the sensors see of each person, for [`Engine::take_comparisons`]. Frames do

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 use posefuse_skeleton::{
-    AgentTime, Calibration, Observation, Room, Sensor, SensorInfo, Timestamp, Transform,
+    AgentTime, Body, Calibration, Observation, Room, Sensor, SensorInfo, Skeleton, Timestamp,
+    Transform,
 };
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +46,13 @@ impl Place {
             time_offset_ns: pose.time_offset_ns.saturating_sub(largest_ns),
             corrections: Corrections::of(calibration, info.joint_set),
         })
+    }
+
+    /// Puts right what the tracker is known to report otherwise than meant, as far as `method` does. The mean is
+    /// Menard's (2014), who takes joints where the trackers report them along the ray.
+    fn correct(&self, skeleton: &mut Skeleton<Sensor>, method: FuseMethod) {
+        let rays = method != FuseMethod::Average;
+        self.corrections.apply(skeleton, rays);
     }
 }
 
@@ -154,8 +162,6 @@ impl SensorState {
             reason,
             joint,
         };
-        // The mean is Menard's (2014), who takes joints where the trackers report them.
-        let rays = config.fuse.method != FuseMethod::Average;
         let gate = gate(&config.stages);
         placed.clear();
         let mut fresh = observation.bodies.is_empty();
@@ -176,7 +182,7 @@ impl SensorState {
                 continue;
             }
             fresh = true;
-            place.corrections.apply(&mut body.skeleton, rays);
+            place.correct(&mut body.skeleton, config.fuse.method);
             let mut there = Placed {
                 tracking_id: body.tracking_id,
                 ..Placed::default()
@@ -191,6 +197,24 @@ impl SensorState {
         }
         self.used += u64::from(fresh);
         fresh
+    }
+
+    /// What [`Self::admit`] and [`Self::place_bodies`] would make of `observation`, but for what they refuse: its time
+    /// and its bodies in the room.
+    pub(crate) fn locate(
+        &self,
+        observation: &Observation,
+        config: &Config,
+    ) -> Option<(Timestamp, Vec<Skeleton<Room>>)> {
+        let place = self.place?;
+        let time = self.clock.map(observation.captured)?;
+        let body = |body: &Body| {
+            let mut skeleton = body.skeleton.clone();
+            place.correct(&mut skeleton, config.fuse.method);
+            skeleton.transformed(&place.room_from_sensor)
+        };
+        let bodies = observation.bodies.iter().map(body).collect();
+        Some((time.plus_ns(place.time_offset_ns), bodies))
     }
 
     pub(crate) fn count(&mut self, reason: RejectionReason) {
