@@ -13,12 +13,20 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("simulator", &["skeleton"]),
     ("proto", &["skeleton"]),
     ("fusion", &["skeleton", "sgfilter"]),
+    ("models", &["skeleton", "fusion"]),
     ("evaluate", &["skeleton", "fusion", "simulator"]),
     ("session", &["skeleton", "fusion", "proto"]),
     ("agent", &["skeleton", "proto", "simulator", "session"]),
     (
         "server",
-        &["skeleton", "proto", "fusion", "calibration", "session"],
+        &[
+            "skeleton",
+            "proto",
+            "fusion",
+            "models",
+            "calibration",
+            "session",
+        ],
     ),
     ("cli", ALL),
     ("tests", ALL),
@@ -31,6 +39,7 @@ const ALL: &[&str] = &[
     "sgfilter",
     "calibration",
     "fusion",
+    "models",
     "simulator",
     "evaluate",
     "session",
@@ -41,11 +50,12 @@ const ALL: &[&str] = &[
 
 /// Crates that stay pure, and the outside crates that they must not depend on.
 const PURE: [&str; 4] = ["skeleton", "calibration", "fusion", "sgfilter"];
-const IMPURE: [&str; 9] = [
+const IMPURE: [&str; 10] = [
     "tokio",
     "tonic",
     "mcap",
     "ort",
+    "rten",
     "axum",
     "hyper",
     "rand",
