@@ -17,6 +17,9 @@ use crate::residual::Evidence;
 const CUTS: [f64; 7] = [0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
 /// Fewest instants in a part: the errors of a tracker live 0.4 s.
 const MIN_INSTANTS: usize = 30;
+/// A part in which the person's middle strays less than this (RMS) tells no motion of the sensor: what a tracker does
+/// wrong in one place, in one pose, does not fall out of the difference. Metres.
+const LEAST_STRAY_M: f64 = 0.2;
 /// Rounds of fitting, and the robust scale in standard deviations.
 const ROUNDS: usize = 4;
 const SCALE: f64 = 3.0;
@@ -167,8 +170,11 @@ fn motion(seen: &[Seen], step: usize, spacing_s: f64) -> Option<Motion> {
         long_enough.then(|| instants[index])
     });
     let between = |cut: usize| {
-        let first = seen.partition_point(|s| s.instant < cut);
-        let (before, after) = (fit(&seen[..first])?, fit(&seen[first..])?);
+        let (first, last) = seen.split_at(seen.partition_point(|s| s.instant < cut));
+        if stray_m(first).min(stray_m(last)) < LEAST_STRAY_M {
+            return None;
+        }
+        let (before, after) = (fit(first)?, fit(last)?);
         let change = before.motion.inverse() * after.motion;
         let squares = seen
             .iter()
@@ -183,6 +189,18 @@ fn motion(seen: &[Seen], step: usize, spacing_s: f64) -> Option<Motion> {
     };
     cuts.filter_map(between)
         .max_by(|x, y| x.sigmas.total_cmp(&y.sigmas))
+}
+
+/// How far the middle of what the sensor saw strays from its mean, RMS over the instants, metres.
+fn stray_m(seen: &[Seen]) -> f64 {
+    let middles: Vec<Vector3<f64>> = seen
+        .chunk_by(|a, b| a.instant == b.instant)
+        .map(|joints| joints.iter().map(|s| s.own).sum::<Vector3<f64>>() / joints.len() as f64)
+        .collect();
+    let count = middles.len().max(1) as f64;
+    let mean = middles.iter().sum::<Vector3<f64>>() / count;
+    let squares: f64 = middles.iter().map(|m| (m - mean).norm_squared()).sum();
+    (squares / count).sqrt()
 }
 
 /// The weighted rigid motion from the sensor's own joints to the others', and its information.

@@ -294,6 +294,35 @@ fn a_sensor_bumped_half_way_does_not_pass() {
     assert!(verdict > Verdict::Passed);
 }
 
+/// Somebody who stands at first and walks then.
+fn waiting(t: f64) -> nalgebra::Vector3<f64> {
+    eight((t - 12.0).max(0.0))
+}
+
+#[test]
+fn what_a_tracker_does_wrong_in_one_place_is_no_motion_of_the_sensor() {
+    let scene = Scene {
+        people: vec![waiting],
+        ..Scene::ring(3, 30.0, Errors::USUAL, 13)
+    };
+    let (mut walk, _) = scene.record();
+    for frame in walk.sensors[1].frames.iter_mut() {
+        if frame.time.seconds() > 1012.0 {
+            continue;
+        }
+        for body in &mut frame.bodies {
+            for (_, joint) in body.joints.iter_mut() {
+                joint.position = joint
+                    .position
+                    .moved(nalgebra::Vector3::new(0.07, 0.0, 0.05));
+            }
+        }
+    }
+    let solution = solve(&walk, &options()).unwrap();
+    let reasons = reasons(&solution);
+    assert!(!reasons.contains("moved during the walk"), "{reasons}");
+}
+
 #[test]
 fn a_wrong_unit_a_mirrored_sensor_and_a_wrong_clock_do_not_pass() {
     use posefuse_skeleton::Position;
