@@ -129,7 +129,7 @@ fn write(path: &Path, poses: &[JointMap<Position<Room>>]) -> io::Result<()> {
         Joint::ALL.len()
     );
     const BEFORE_HEADER: usize = 10;
-    while (BEFORE_HEADER + header.len() + 1) % 64 != 0 {
+    while !(BEFORE_HEADER + header.len() + 1).is_multiple_of(64) {
         header.push(' ');
     }
     header.push('\n');

@@ -1,0 +1,159 @@
+"""Dual auto-encoder: a recurrent one puts joints where they belong, a convolutional one makes them move smoothly.
+
+After Li, Zhu, Wang and Liu, "Dual auto-encoder network for human skeleton motion data optimisation" (Journal of Image and
+Graphics 2022), and what it is compared with: the convolutional auto-encoder (CAE; Holden, Saito, Komura and Joyce 2015),
+the bidirectional recurrent one (BRA; Li et al., Computers & Graphics 2019) and that with a perceptual constraint (BRA-P;
+Li et al., IEEE Access 2020). Each half of the BRA has two dense layers and one bidirectional LSTM. A perceptual
+auto-encoder is taught on clean motion first; then what it makes of the answer, in its hidden units, has to be what it
+makes of the truth. Losses: position, bone length, smoothness, hidden units; dropout 0.2. Layer sizes are ours.
+
+A window is 64 poses of 21 joints from their own pelvis, in the heading of the window's middle, at size one; the pelvis'
+column holds its way from the window's middle. A joint that was not measured is zero.
+"""
+
+import torch
+from torch import nn
+
+from . import geometry as g
+
+NAME = "dual-autoencoder"
+
+FRAMES = 64
+JOINTS = 21
+FEATURES = JOINTS * 3
+PARENT = (-1, 0, 20, 2, 20, 4, 5, 6, 20, 8, 9, 10, 0, 12, 13, 14, 0, 16, 17, 18, 1)
+# (child, parent), the order of every list of bones here.
+BONES = tuple((joint, PARENT[joint]) for joint in range(1, JOINTS))
+LSTM = 96
+DENSE = 96
+HIDDEN = 128
+KERNEL = 9
+DROPOUT = 0.2
+
+
+class Recurrent(nn.Module):
+    """BRA: dense, dense, bidirectional LSTM; bidirectional LSTM, dense, dense. `[N, T, 63]` to the same."""
+
+    def __init__(self, features=FEATURES, dense=DENSE, lstm=LSTM):
+        super().__init__()
+        self.enter = nn.Sequential(nn.Linear(features, dense), nn.ReLU(), nn.Dropout(DROPOUT), nn.Linear(dense, dense), nn.ReLU())
+        self.encode = nn.LSTM(dense, lstm, batch_first=True, bidirectional=True)
+        self.between = nn.Dropout(DROPOUT)
+        self.decode = nn.LSTM(2 * lstm, lstm, batch_first=True, bidirectional=True)
+        self.leave = nn.Sequential(nn.Linear(2 * lstm, dense), nn.ReLU(), nn.Dropout(DROPOUT), nn.Linear(dense, features))
+
+    def forward(self, x):
+        hidden, _ = self.encode(self.enter(x))
+        told, _ = self.decode(self.between(hidden))
+        return self.leave(told)
+
+
+class Convolutional(nn.Module):
+    """CAE: one convolution over time, halved, and back. `[N, T, 63]` to the same."""
+
+    def __init__(self, features=FEATURES, hidden=HIDDEN, kernel=KERNEL):
+        super().__init__()
+        self.drop = nn.Dropout(DROPOUT)
+        self.conv = nn.Conv1d(features, hidden, kernel, padding=kernel // 2)
+        self.back = nn.ConvTranspose1d(hidden, features, kernel + 1, stride=2, padding=kernel // 2)
+
+    def encode(self, x):
+        """The hidden units, `[N, hidden, T / 2]`."""
+        return torch.max_pool1d(torch.relu(self.conv(self.drop(x).transpose(1, 2))), 2)
+
+    def forward(self, x):
+        return self.back(self.encode(x)).transpose(1, 2)
+
+
+class Chain(nn.Module):
+    """One after the other: the dual auto-encoder, and BRA-P with the perceptual one after it."""
+
+    def __init__(self, first, then):
+        super().__init__()
+        self.first = first
+        self.then = then
+
+    def forward(self, x):
+        return self.then(self.first(x))
+
+
+# --- what the network sees --------------------------------------------------------------------------------------------
+
+
+def told(pose, seen, proportions, usual):
+    """A window `[N, T, 25, 3]` as the network sees it: points `[N, T, 21, 3]`, and the way back (frame `[N, 1, 3, 3]`,
+    the window's middle `[N, 1, 3]`, size `[N, 1]`). Joints that were not `seen` are zero."""
+    size = g.scale_of(pose, seen, BONES, proportions, usual).mean(-1, keepdim=True)
+    pelvis = pose[..., g.SPINE_BASE, :]
+    middle = pelvis.mean(1, keepdim=True) * torch.tensor((1.0, 1.0, 0.0))
+    frame = g.upright_frame(g.leftward(pose, seen).mean(1, keepdim=True))
+    root = g.into(frame, middle, pelvis.unsqueeze(-2))
+    body = g.into(frame, pelvis, pose[..., 1:JOINTS, :]) * seen[..., 1:JOINTS].unsqueeze(-1)
+    points = torch.cat([root, body], -2) / size.unsqueeze(-1).unsqueeze(-1)
+    return points, (frame, middle, size)
+
+
+def untold(points, pelvis, back):
+    """Room positions `[N, T, 21, 3]` of what the network says, from the pelvis `[N, T, 3]` in the room."""
+    frame, _, size = back
+    body = g.out_of(frame, pelvis, points[..., 1:, :] * size.unsqueeze(-1).unsqueeze(-1))
+    return torch.cat([pelvis.unsqueeze(-2), body], -2)
+
+
+# --- losses and measures ----------------------------------------------------------------------------------------------
+
+
+def bone_lengths(points):
+    """Lengths `[..., 20]` of [BONES] of points `[..., 21, 3]` from their pelvis; the pelvis' own column does not count."""
+    joints = torch.cat([points[..., :1, :] * 0.0, points[..., 1:, :]], -2)
+    child, parent = [c for c, _ in BONES], [p for _, p in BONES]
+    return g.length(joints[..., child, :] - joints[..., parent, :])
+
+
+def measures(out, truth, size):
+    """Position, bone length and smoothness error, metres (the last per frame squared); `[N, T, 21, 3]`, `size` `[N, 1]`.
+
+    Position: mean distance. Bone length: mean absolute difference. Smoothness: mean difference of accelerations.
+    """
+    each = size.unsqueeze(-1)
+    position = (g.length(out - truth) * each).mean()
+    bone = ((bone_lengths(out) - bone_lengths(truth)).abs() * each).mean()
+    bend = second(out) - second(truth)
+    return position, bone, (g.length(bend) * each).mean()
+
+
+def second(points):
+    """Second differences over time, `[N, T - 2, 21, 3]`."""
+    return points[:, 2:] - 2.0 * points[:, 1:-1] + points[:, :-2]
+
+
+def loss(out, truth, perceptual=None):
+    """Position, bone length and smoothness as squares, and the hidden units' difference where a `perceptual`
+    auto-encoder is given. `[N, T, 21, 3]`, size one."""
+    position = (out - truth).square().sum(-1).mean()
+    bone = (bone_lengths(out) - bone_lengths(truth)).square().mean()
+    smooth = (second(out) - second(truth)).square().sum(-1).mean()
+    total = position + 0.5 * bone + 2.0 * smooth
+    if perceptual is not None:
+        seen, meant = perceptual.encode(out.flatten(-2)), perceptual.encode(truth.flatten(-2))
+        total = total + 0.1 * (seen - meant).square().mean()
+    return total
+
+
+def synthetic_noise(points, generator, limbs, rate_hz=30.0):
+    """Windows as a bad tracker tells them: every joint shakes, by up to 0.1 sizes; gaps of a limb of 0.1 to 2 s are zero.
+
+    `limbs` lists the joints that go together.
+    """
+    n, frames = points.shape[:2]
+    amount = torch.rand((n, 1, 1, 1), generator=generator) * 0.1
+    out = points + torch.randn(points.shape, generator=generator) * amount
+    hidden = torch.zeros(points.shape[:3])
+    for i in range(n):
+        for _ in range(int(torch.randint(1, 4, (1,), generator=generator))):
+            limb = limbs[int(torch.randint(len(limbs), (1,), generator=generator))]
+            long = int(rate_hz * 0.1 * 20.0 ** float(torch.rand(1, generator=generator)))
+            start = int(torch.randint(-long // 2, frames, (1,), generator=generator))
+            for joint in limb:
+                hidden[i, max(start, 0) : max(start + long, 0), joint] = 1.0
+    return out * (1.0 - hidden).unsqueeze(-1)

@@ -1,0 +1,143 @@
+"""Pose ResNet: one pose in, one pose out, a residual block wide enough to remember poses.
+
+After D. Holden, "Robust solving of optical motion capture data by denoising" (ACM Trans. Graph. 2018), in the form that
+Goncalves gave it for several Kinects: 16 joints, each with position and rotation (112 features) told in the waist's frame,
+divided by the mean bone length, the bones' axes aligned, z-scored; one residual block of 1000 ReLU units; mean absolute
+error; Adam, batches of 512, stopped when 20 epochs brought nothing; then a Savitzky-Golay filter over the sequence.
+
+Our skeletons carry positions, so the rotations are derived from them: a bone's direction, and the bend plane of its limb
+for the twist. The exported graph does that, too. What it cannot know is how a joint moved: it sees a single pose.
+"""
+
+import torch
+from torch import nn
+
+from . import geometry as g
+
+NAME = "pose-resnet"
+
+JOINTS = (0, 1, 20, 3, 4, 5, 6, 8, 9, 10, 12, 13, 14, 16, 17, 18)
+# Parents as places in JOINTS.
+PARENT = (-1, 0, 1, 2, 2, 4, 5, 2, 7, 8, 0, 10, 11, 0, 13, 14)
+# Where a joint's bone ends; the ends of limbs turn with the bone that leads to them.
+CHILD = (1, 2, 3, -1, 5, 6, -1, 8, 9, -1, 11, 12, -1, 14, 15, -1)
+# Limbs as (start, middle, end, sign): their two bones' bend plane, whose normal points up for arms, left for legs.
+LIMBS = ((4, 5, 6, -1.0), (7, 8, 9, 1.0), (10, 11, 12, 1.0), (13, 14, 15, 1.0))
+ARMS = range(4, 10)
+FEATURES = len(JOINTS) * 7
+WIDTH = 1000
+# A limb bent less than about ten degrees says little about its plane.
+STRAIGHT = 0.15
+
+BONES = tuple((JOINTS[j], JOINTS[PARENT[j]]) for j in range(1, len(JOINTS)))
+
+# Rest directions of the bones that start at each joint: a T-pose in the waist frame (forward, left, up).
+_UP, _DOWN, _LEFT, _RIGHT = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0)
+REST = (_UP, _UP, _UP, _UP) + (_LEFT,) * 3 + (_RIGHT,) * 3 + (_DOWN,) * 6
+
+
+def rotations(points, seen):
+    """Quaternions `[..., 16, 4]` (w first) of bones in the waist frame, of `points` `[..., 16, 3]` there.
+
+    A bone one of whose ends was not `seen` `[..., 16]` has the identity; a bend plane that was not seen decides nothing.
+    """
+    rest = torch.tensor(REST, dtype=points.dtype)
+    left = torch.tensor(_LEFT, dtype=points.dtype)
+    up = torch.tensor(_UP, dtype=points.dtype)
+    joint = points.unbind(-2)
+    known = seen.unsqueeze(-1).unbind(-2)
+    normal = {}
+    for start, middle, end, sign in LIMBS:
+        upper, lower = g.unit(joint[middle] - joint[start]), g.unit(joint[end] - joint[middle])
+        say = known[start] * known[middle] * known[end]
+        usual = up if start in ARMS else left
+        bend = (say * g.cross(upper, lower)) * sign
+        normal[start] = normal[middle] = bend + STRAIGHT * usual
+    identity = torch.tensor((1.0, 0.0, 0.0, 0.0), dtype=points.dtype)
+    out = []
+    for j, child in enumerate(CHILD):
+        if child < 0:
+            out.append(out[PARENT[j]])
+            continue
+        bone = g.unit(joint[child] - joint[j])
+        # Arms rest along the left axis, so their side is up; all others rest upright, with their side to the left.
+        side = up if j in ARMS else left
+        q = g.bone_rotation(rest[j], side, bone, normal.get(j, left))
+        say = known[j] * known[child]
+        out.append(g.unit(say * q + (1.0 - say) * identity))
+    return torch.stack(out, -2)
+
+
+def features(points, seen):
+    """`[..., 112]` of poses in the waist frame, size one: per joint its position, then its rotation."""
+    there = points * seen.unsqueeze(-1)
+    return torch.cat([there, rotations(there, seen)], -1).flatten(-2)
+
+
+def to_waist(pose, seen, proportions, usual):
+    """The 16 joints in the waist's frame at size one, with that frame `[..., 3, 3]` and size `[...]`."""
+    frame = g.waist_frame(pose, seen)
+    size = g.scale_of(pose, seen, BONES, proportions, usual)
+    points = g.into(frame, pose[..., g.SPINE_BASE, :], pose[..., list(JOINTS), :])
+    return points / size.unsqueeze(-1).unsqueeze(-1), frame, size
+
+
+class PoseResNet(nn.Module):
+    """112 features to 112: a dense layer, one residual block of 1000 ReLU units, a dense layer."""
+
+    def __init__(self, width=WIDTH):
+        super().__init__()
+        self.widen = nn.Linear(FEATURES, width)
+        self.block = nn.Linear(width, width)
+        self.narrow = nn.Linear(width, FEATURES)
+        for layer in (self.widen, self.block, self.narrow):
+            nn.init.xavier_uniform_(layer.weight)
+            nn.init.zeros_(layer.bias)
+
+    def forward(self, z):
+        h = torch.relu(self.widen(z))
+        h = h + torch.relu(self.block(h))
+        return self.narrow(h)
+
+
+# --- his corruption ---------------------------------------------------------------------------------------------------
+
+
+def corrupt(x, occlusion, shift, generator, rates):
+    """Features `x` `[N, 112]` (not yet z-scored) as a bad tracker would tell them.
+
+    A Bernoulli trial picks the poses that suffer. In such a pose each joint is occluded, and each feature shifted, with
+    chances drawn anew for the pose (the absolute value of a normal, as Holden has it). An occluded joint is zero and its
+    parent's rotation, which led to it, is the identity.
+    """
+    n = len(x)
+
+    def uniform(*shape):
+        return torch.rand(shape, generator=generator)
+
+    def chance(sigma):
+        return torch.randn((n, 1), generator=generator).mul(sigma).abs().clamp(max=2.0 * sigma)
+
+    suffers = (uniform(n, 1) < rates.poses).float()
+    out = x
+    if shift:
+        hit = (uniform(n, FEATURES) < chance(rates.shift)).float() * suffers
+        out = out + hit * (uniform(n, FEATURES) * 2.0 - 1.0) * rates.amount * rates.spread
+    if occlusion:
+        gone = (uniform(n, len(JOINTS)) < chance(rates.occlusion)).float() * suffers
+        gone[:, 0] = 0.0
+        out = hide(out, gone)
+    return out
+
+
+def hide(x, gone):
+    """`x` `[N, 112]` with the joints that are `gone` `[N, 16]` occluded."""
+    y = x.view(len(x), len(JOINTS), 7)
+    identity = torch.tensor((1.0, 0.0, 0.0, 0.0))
+    lost = torch.zeros_like(gone)
+    for j in range(1, len(JOINTS)):
+        parent = PARENT[j]
+        lost[:, parent] = torch.maximum(lost[:, parent], gone[:, j])
+    place = y[..., :3] * (1.0 - gone).unsqueeze(-1)
+    turn = y[..., 3:] * (1.0 - lost).unsqueeze(-1) + identity * lost.unsqueeze(-1)
+    return torch.cat([place, turn], -1).flatten(-2)
