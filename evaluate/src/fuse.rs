@@ -72,7 +72,8 @@ fn drain(engine: &mut Engine, frames: &mut Vec<RoomFrame>) -> Option<Timestamp> 
     loop {
         match engine.poll() {
             Output::Frame(frame) => frames.push(frame),
-            Output::Rejected(_) => {}
+            // Nobody here answers; the engine goes on by itself when the request's deadline has passed.
+            Output::Rejected(_) | Output::Repair(_) => {}
             Output::WakeAt(deadline) => return deadline,
         }
     }

@@ -235,6 +235,7 @@ fn take(engine: &mut Engine, frames: &mut usize) -> Option<Timestamp> {
             Output::Rejected(rejection) => {
                 black_box(&rejection);
             }
+            Output::Repair(_) => {}
             Output::WakeAt(deadline) => return deadline,
         }
     }

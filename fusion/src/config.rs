@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::config_check::Checker;
+use crate::repair::RepairConfig;
 use crate::stages::Stage;
 use crate::toml_text::ConfigError;
 
@@ -21,6 +22,8 @@ pub struct Config {
     pub associate: AssociateConfig,
     /// How several sensors' joints become one.
     pub fuse: FuseConfig,
+    /// What is made up where no sensor saw a joint.
+    pub repair: RepairConfig,
     /// The ordered list of what happens before (gate) and after (bones, smooth) fusing.
     pub stages: Vec<Stage>,
 }
@@ -32,6 +35,7 @@ impl Default for Config {
             clock: ClockConfig::default(),
             associate: AssociateConfig::default(),
             fuse: FuseConfig::default(),
+            repair: RepairConfig::default(),
             stages: Stage::shipped(),
         }
     }
@@ -54,6 +58,7 @@ impl Config {
             0.0,
             MAX_LOOK_AHEAD,
         );
+        self.repair.check(&mut check);
         let gates = self.stages.iter().filter(|s| matches!(s, Stage::Gate(_)));
         check.that("stages", gates.count() <= 1, || {
             "at most one stage of kind `gate`, found several".into()

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use posefuse_skeleton::{
-    AgentTime, Calibration, Comparison, Observation, Room, RoomFrame, SensorId, SensorInfo, Skeleton,
-    Timestamp, TrackId,
+    AgentTime, Calibration, Comparison, Observation, Room, RoomFrame, SensorId, SensorInfo,
+    Skeleton, Timestamp, TrackId,
 };
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +14,7 @@ use crate::clock::ClockEstimate;
 use crate::intake::Intake;
 use crate::ledger::Ledger;
 use crate::people::{Comparer, People, Placed};
+use crate::repair::RepairModel;
 use crate::sensors::SensorState;
 use crate::stages::Pipeline;
 use crate::{ClockSample, Config, Input, Output, Rejection, RejectionReason};
@@ -48,6 +49,8 @@ pub(crate) struct State {
     intake: Intake,
     pub(crate) people: People,
     pub(crate) pipeline: Pipeline,
+    /// The model outside the engine, if there is one.
+    pub(crate) repair_model: Option<RepairModel>,
     /// Frames that wait until fusing has looked far enough ahead, oldest first.
     held: VecDeque<RoomFrame>,
     outputs: VecDeque<Output>,
@@ -69,6 +72,7 @@ impl Engine {
             intake: Intake::default(),
             people: People::default(),
             pipeline: Pipeline::new(&config.stages),
+            repair_model: None,
             held: VecDeque::new(),
             outputs: VecDeque::new(),
             frames: 0,
@@ -120,6 +124,8 @@ impl Engine {
             Input::ClockSample(sample) => self.probe(&sample),
             Input::Calibration(calibration) => self.calibrate(calibration),
             Input::Mute { sensor, muted } => self.mute(sensor, muted),
+            Input::RepairModel(model) => self.state.repair_model = model,
+            Input::Repaired(answer) => self.advance(answer.received),
             Input::Tick(now) => self.advance(now),
         }
         self.make_frames();

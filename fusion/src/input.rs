@@ -5,6 +5,8 @@ use std::sync::Arc;
 use posefuse_skeleton::{AgentTime, Calibration, Observation, SensorId, SensorInfo, Timestamp};
 use serde::{Deserialize, Serialize};
 
+use crate::repair::{RepairAnswer, RepairModel};
+
 /// One input of the engine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Input {
@@ -23,6 +25,10 @@ pub enum Input {
         /// Left out.
         muted: bool,
     },
+    /// A model outside the engine answers requests from now on; `None`: there is none any more.
+    RepairModel(Option<RepairModel>),
+    /// What the model outside the engine answered to an [`Output::Repair`](crate::Output::Repair).
+    Repaired(Box<RepairAnswer>),
     /// It is this late now. Sent when the deadline of the last `Output::WakeAt` has come.
     Tick(Timestamp),
 }
@@ -33,8 +39,11 @@ impl Input {
         match self {
             Self::Observation(observation) => Some(observation.received),
             Self::ClockSample(sample) => Some(sample.returned),
+            Self::Repaired(answer) => Some(answer.received),
             Self::Tick(time) => Some(*time),
-            Self::Sensor(_) | Self::Calibration(_) | Self::Mute { .. } => None,
+            Self::Sensor(_) | Self::Calibration(_) | Self::Mute { .. } | Self::RepairModel(_) => {
+                None
+            }
         }
     }
 }

@@ -13,6 +13,7 @@
 //!     match engine.poll() {
 //!         Output::Frame(frame) => println!("{} people", frame.tracks.len()),
 //!         Output::Rejected(rejection) => println!("{}", rejection.reason),
+//!         Output::Repair(request) => println!("person {} has gaps", request.track),
 //!         Output::WakeAt(deadline) => break assert_eq!(deadline, None),
 //!     }
 //! }
@@ -52,7 +53,10 @@ pub use engine::Engine;
 pub use input::{ClockSample, Input};
 pub use ledger::Contribution;
 pub use output::{Output, Rejection, RejectionReason};
-pub use repair::{Fill, MAX_AGE_S, ModelError, Needs, OcclusionModel, Window, WindowJoint};
+pub use repair::{
+    Fill, MAX_AGE_S, ModelError, Needs, OcclusionModel, RepairAnswer, RepairConfig, RepairModel,
+    RepairRequest, Window, WindowJoint,
+};
 pub use snapshot::{BUILD, SnapshotError};
 pub use stages::{BonesConfig, GateConfig, SmoothConfig, SmoothFilter, Stage};
 pub use toml_text::{ConfigError, nearest_name, parse_toml};

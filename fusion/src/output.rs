@@ -5,6 +5,8 @@ use std::fmt;
 use posefuse_skeleton::{Joint, RoomFrame, SensorId, Timestamp};
 use serde::{Deserialize, Serialize};
 
+use crate::repair::RepairRequest;
+
 /// One output of the engine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Output {
@@ -12,6 +14,10 @@ pub enum Output {
     Frame(RoomFrame),
     /// A frame or a joint was refused; the rest was used.
     Rejected(Rejection),
+    /// A model outside the engine is to fill in what is missing; its frame waits for the answer
+    /// ([`Input::Repaired`](crate::Input::Repaired)) until the deadline. Only after
+    /// [`Input::RepairModel`](crate::Input::RepairModel) told of such a model.
+    Repair(Box<RepairRequest>),
     /// Nothing more for now. Send `Input::Tick` at this time unless another input comes first;
     /// `None`: only an input can change anything.
     WakeAt(Option<Timestamp>),

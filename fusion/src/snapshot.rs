@@ -11,7 +11,7 @@ use crate::{ClockSample, Config, Engine, Input};
 pub const BUILD: &str = env!("POSEFUSE_FUSION_BUILD");
 
 /// First bytes of a snapshot; the number goes up when its layout changes.
-const MAGIC: &[u8; 8] = b"PFENG\x002\n";
+const MAGIC: &[u8; 8] = b"PFENG\x003\n";
 
 /// Why a snapshot could not be written or read.
 #[derive(Debug, Error)]
@@ -73,7 +73,7 @@ impl Engine {
     }
 
     /// Inputs that give a cold engine what this one knows of the room, but not of the people: every sensor, the
-    /// calibration in force, and the clock probes still remembered (at most 128 per sensor), in order of time.
+    /// calibration in force, the model outside that fills in what is missing, and the clock probes still remembered (at most 128 per sensor), in order of time.
     pub fn preamble(&self) -> Vec<Input> {
         let known = || self.state.sensors.iter().flatten();
         let mut inputs: Vec<Input> = known()
@@ -88,6 +88,8 @@ impl Engine {
                     muted: true,
                 }),
         );
+        inputs
+            .extend((self.state.repair_model.clone()).map(|model| Input::RepairModel(Some(model))));
         let mut probes: Vec<ClockSample> = known()
             .flat_map(|sensor| sensor.clock.samples().copied())
             .collect();

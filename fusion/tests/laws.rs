@@ -210,7 +210,11 @@ fn exact_duplicates_of_all_sensors_change_only_the_covariance() {
                     sensor: twin(s.sensor),
                     ..*s
                 })),
-                Input::Calibration(_) | Input::Mute { .. } | Input::Tick(_) => None,
+                Input::Calibration(_)
+                | Input::Mute { .. }
+                | Input::RepairModel(_)
+                | Input::Repaired(_)
+                | Input::Tick(_) => None,
             };
             let input = match input {
                 Input::Calibration(c) => {

@@ -222,7 +222,7 @@ proptest! {
                         check(&frame, last)?;
                         last = Some(frame.time);
                     }
-                    Output::Rejected(_) => {}
+                    Output::Rejected(_) | Output::Repair(_) => {}
                     Output::WakeAt(_) => break,
                 }
             }

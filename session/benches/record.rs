@@ -36,7 +36,7 @@ fn room(people: usize) -> Vec<Given> {
             loop {
                 match engine.poll() {
                     Output::Frame(frame) => given.push(Given::Frame(frame)),
-                    Output::Rejected(_) => {}
+                    Output::Rejected(_) | Output::Repair(_) => {}
                     Output::WakeAt(wake) => break wake,
                 }
             }

@@ -1,5 +1,7 @@
 //! What a take holds to and from its bytes. Inputs come back bit for bit: a take is fused again to the same frames.
 
+mod repair;
+
 use std::sync::Arc;
 
 use posefuse_fusion::{ClockSample, Input, Rejection};
@@ -25,6 +27,8 @@ pub fn input_to_bytes(input: &Input) -> Vec<u8> {
             sensor: sensor.index() as u32,
             muted: *muted,
         }),
+        Input::RepairModel(model) => Wire::RepairModel(repair::model_to_wire(model.as_ref())),
+        Input::Repaired(answer) => Wire::Repaired(repair::answer_to_wire(answer)),
         Input::Tick(time) => Wire::TickNs(time.ns()),
     };
     v1::EngineInput { input: Some(wire) }.encode_to_vec()
@@ -112,6 +116,8 @@ fn engine_input(bytes: &[u8]) -> Result<Recorded, ContentError> {
             sensor: SensorId::new(wire.sensor as usize).map_err(posefuse_proto::WireError::from)?,
             muted: wire.muted,
         },
+        Wire::RepairModel(wire) => Input::RepairModel(repair::model_from_wire(wire)),
+        Wire::Repaired(wire) => Input::Repaired(Box::new(repair::answer_from_wire(&wire)?)),
         Wire::TickNs(ns) => Input::Tick(Timestamp::from_ns(ns)),
         Wire::State(v1::EngineState { build, state }) => {
             return Ok(Recorded::State(EngineState { build, state }));

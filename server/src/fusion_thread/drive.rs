@@ -205,6 +205,8 @@ impl Driver {
                     self.meters.rejected(&rejection);
                     self.record(|| Record::Rejection(rejection));
                 }
+                // Nobody offered a model.
+                Output::Repair(_) => {}
                 Output::WakeAt(wake) => {
                     self.wake = wake;
                     break;

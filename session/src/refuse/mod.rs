@@ -160,6 +160,9 @@ impl Run {
             match entry?.decode()? {
                 Recorded::Input(_) | Recorded::State(_) if skip > 0 => skip -= 1,
                 Recorded::Input(Input::Calibration(_)) if plan.other_calibration => {}
+                // With other frames the engine asks other things.
+                Recorded::Input(Input::RepairModel(_) | Input::Repaired(_))
+                    if plan.own_ticks || self.smooth => {}
                 Recorded::Input(input) if plan.own_ticks => self.input_with_own_ticks(input)?,
                 Recorded::Input(input) => self.input(input)?,
                 // The new take has all of its outputs.
@@ -224,6 +227,8 @@ impl Run {
                     self.comparison.frame(&frame, self.inputs)?;
                 }
                 Output::Rejected(rejection) => self.writer.rejection(&rejection)?,
+                // Answered by what was recorded.
+                Output::Repair(_) => {}
                 Output::WakeAt(_) => return Ok(()),
             }
         }

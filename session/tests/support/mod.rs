@@ -171,6 +171,7 @@ pub fn time_of(input: &Input) -> Timestamp {
         Input::Observation(seen) => seen.received,
         Input::ClockSample(sample) => sample.returned,
         Input::Tick(time) => *time,
+        Input::Repaired(answer) => answer.received,
         _ => Timestamp::ZERO,
     }
 }
@@ -262,7 +263,7 @@ impl Recorder {
         loop {
             match self.engine.poll() {
                 Output::Frame(frame) => frames.push(frame),
-                Output::Rejected(_) => {}
+                Output::Rejected(_) | Output::Repair(_) => {}
                 Output::WakeAt(_) => return (input, frames),
             }
         }
@@ -288,6 +289,7 @@ impl Recorder {
                         writer.rejection(&rejection).unwrap();
                     }
                 }
+                Output::Repair(_) => {}
                 Output::WakeAt(_) => break,
             }
         }

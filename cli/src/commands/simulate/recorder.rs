@@ -94,6 +94,8 @@ impl Recorder {
                     self.writer.truth(&errors.add(&frame))?;
                 }
                 Output::Rejected(rejection) => self.writer.rejection(&rejection)?,
+                // Nobody offered a model.
+                Output::Repair(_) => {}
                 Output::WakeAt(wake) => {
                     self.wake = wake;
                     return Ok(());
