@@ -8,6 +8,7 @@ COMMANDS = {
     "prepare": "motion files to clean, split arrays",
     "train": "a model, from prepared arrays; goes on where it was stopped",
     "export": "a trained model as ONNX with its manifest, checked against PyTorch",
+    "published": "systems from papers: trained, measured by their own papers' measures, exported",
     "evaluate": "the table of gaps, parts and splits: trained models beside the simple methods",
 }
 

@@ -9,10 +9,15 @@ Our skeletons carry positions, so the rotations are derived from them: a bone's 
 for the twist. The exported graph does that, too. What it cannot know is how a joint moved: it sees a single pose.
 """
 
+from dataclasses import dataclass
+
 import torch
 from torch import nn
 
+from ..recordings import Prepared
 from . import geometry as g
+from .experiment import Experiment, body_proportions, in_mirror, savitzky_golay, table
+from .fit import Schedule
 
 NAME = "pose-resnet"
 
@@ -103,6 +108,18 @@ class PoseResNet(nn.Module):
 # --- his corruption ---------------------------------------------------------------------------------------------------
 
 
+@dataclass
+class Rates:
+    """How hard [corrupt] hits: the share of poses that suffer, and sigmas of the chances per joint and per feature.
+    A shift is at most `amount` standard deviations (`spread` `[112]`) of its feature."""
+
+    spread: torch.Tensor
+    poses: float = 0.5
+    occlusion: float = 0.1
+    shift: float = 0.1
+    amount: float = 1.0
+
+
 def corrupt(x, occlusion, shift, generator, rates):
     """Features `x` `[N, 112]` (not yet z-scored) as a bad tracker would tell them.
 
@@ -141,3 +158,116 @@ def hide(x, gone):
     place = y[..., :3] * (1.0 - gone).unsqueeze(-1)
     turn = y[..., 3:] * (1.0 - lost).unsqueeze(-1) + identity * lost.unsqueeze(-1)
     return torch.cat([place, turn], -1).flatten(-2)
+
+
+# --- his experiment ---------------------------------------------------------------------------------------------------
+
+KINDS = {"occlusion + shift": (True, True), "occlusion": (True, False), "shift": (False, True)}
+# His figures: how far off the corrupted poses are, his best network, and that after the filter.
+HIS = {"occlusion + shift": (0.0724, 0.0383, 0.0289), "occlusion": (0.0618, 0.0239, 0.0218), "shift": (0.0127, 0.0225, 0.0172)}
+FILTERS = ((29, 4), (7, 4))
+SCHEDULE = Schedule(epochs=400, patience=20, minutes=6.0)
+BATCH, BATCHES = 512, 64
+
+
+class Norm:
+    """The z-score. Deviations are at least half their kind's mean: a joint that hardly moves against the waist would count
+    a hundredfold else, once it is zero."""
+
+    def __init__(self, x):
+        self.mean = x.mean(0)
+        spread = x.std(0).view(len(JOINTS), 7)
+        place, turn = spread[:, :3], spread[:, 3:]
+        floored = [torch.maximum(part, part.mean() / 2.0) for part in (place, turn)]
+        self.spread = torch.cat(floored, -1).flatten()
+
+    def __call__(self, x):
+        return (x - self.mean) / self.spread
+
+
+def read(prepared: Prepared, proportions, usual, chosen=None):
+    """Features `[N, 112]` of recordings, span by span (those whose numbers are `chosen`, or all)."""
+    out = []
+    for number, (_, poses) in enumerate(prepared.spans()):
+        if chosen is None or number in chosen:
+            pose = torch.from_numpy(poses)
+            points, _, _ = to_waist(pose, torch.ones(pose.shape[:2]), proportions, usual)
+            out.append(features(points, torch.ones(points.shape[:2])))
+    return out
+
+
+def calibrated(x, norm):
+    """Rates at which poses `x` come to be as far off as his: the shares by the occluded ones, the amount by the shifted."""
+    rates = Rates(norm.spread)
+
+    def off(occlusion, shift):
+        bad = corrupt(x, occlusion, shift, torch.Generator().manual_seed(2), rates)
+        return (norm(bad) - norm(x)).abs().mean().item()
+
+    for _ in range(4):
+        rates.occlusion *= HIS["occlusion"][0] / off(True, False)
+        rates.amount *= HIS["shift"][0] / off(False, True)
+    return rates
+
+
+def train(run: Experiment, what, norm, teach, check, rates):
+    """A network taught on one kind of corruption (or, with rates None, on limbs that are hidden as in a room)."""
+    occlusion, shift = KINDS[what]
+    model = PoseResNet()
+    checked = torch.cat(check)
+    bad = corrupt(checked, occlusion, shift, torch.Generator().manual_seed(3), rates)
+
+    def losses(generator):
+        for _ in range(BATCHES):
+            x = teach[torch.randint(len(teach), (BATCH,), generator=generator)]
+            told = corrupt(x, occlusion, shift, generator, rates)
+            yield (model(norm(told)) - norm(x)).abs().mean()
+
+    def validate():
+        return (model(norm(bad)) - norm(checked)).abs().mean().item()
+
+    run.fit(what.replace(" + ", "_"), model, losses, validate, SCHEDULE)
+    return model
+
+
+@torch.no_grad()
+def tested(model, norm, spans, kind, rates):
+    """Mean absolute errors in z-scores on one kind of corruption: corrupted, told by the network, and filtered."""
+    generator = torch.Generator().manual_seed(4)
+    off = {"corrupted": [], "network": [], **{f"filter {w}/{o}": [] for w, o in FILTERS}}
+    for x in spans:
+        bad, truth = norm(corrupt(x, *KINDS[kind], generator, rates)), norm(x)
+        out = model(bad)
+        off["corrupted"].append((bad - truth).abs().mean(1))
+        off["network"].append((out - truth).abs().mean(1))
+        for window, order in FILTERS:
+            smooth = torch.from_numpy(savitzky_golay(out.numpy(), window, order))
+            off[f"filter {window}/{order}"].append((smooth - truth).abs().mean(1))
+    return {name: torch.cat(parts).mean().item() for name, parts in off.items()}
+
+
+def body(run: Experiment):
+    """Proportions and usual size of the training recordings' people."""
+    return body_proportions(run.train, BONES)
+
+
+def experiment(run: Experiment) -> str:
+    """His table: taught on each corruption, tested on each, with and without the filter."""
+    shape = body(run)
+    teach, check = read(run.teaching(), *shape), read(run.validating(), *shape)
+    teach = torch.cat(teach + read(in_mirror(run.teaching()), *shape))
+    norm = Norm(teach)
+    rates = calibrated(teach[::7], norm)
+    models = {what: train(run, what, norm, teach, check, rates) for what in KINDS}
+    lines = []
+    for split, prepared in run.tests().items():
+        spans = read(prepared, *shape)
+        rows = []
+        for kind, his in HIS.items():
+            for what, model in models.items():
+                off = tested(model, norm, spans, kind, rates)
+                rows.append([kind, what, *(f"{value:.4f}" for value in off.values()), "/".join(f"{h:.4f}" for h in his)])
+                run.note(f"{split}: {what} on {kind}", off)
+        header = ["tested on", "taught on", "corrupted", "network", *(f"filter {w}/{o}" for w, o in FILTERS), "his: corrupt/best/filtered"]
+        lines.append(f"Mean absolute error of 112 z-scored features, {split} recordings\n\n" + table(header, rows))
+    return "\n\n".join(lines)
