@@ -16,7 +16,10 @@ class Schedule:
     epochs: int
     patience: int
     minutes: float
+    """Of processor time."""
     rate: float = 1e-3
+    halve_after: int = 6
+    """The rate is halved each time so many epochs brought nothing."""
 
 
 def fit(
@@ -60,6 +63,9 @@ def fit(
         if value < state["best"]:
             state["best"], state["best_epoch"] = value, state["epoch"]
             kept = {name: value.clone() for name, value in model.state_dict().items()}
+        elif (state["epoch"] - state["best_epoch"]) % schedule.halve_after == 0:
+            for group in optimiser.param_groups:
+                group["lr"] *= 0.5
         _say(checkpoint.stem, state)
         _save(checkpoint, model, optimiser, generator, state, kept)
     model.load_state_dict(kept)

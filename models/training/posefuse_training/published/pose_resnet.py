@@ -166,7 +166,7 @@ KINDS = {"occlusion + shift": (True, True), "occlusion": (True, False), "shift":
 # His figures: how far off the corrupted poses are, his best network, and that after the filter.
 HIS = {"occlusion + shift": (0.0724, 0.0383, 0.0289), "occlusion": (0.0618, 0.0239, 0.0218), "shift": (0.0127, 0.0225, 0.0172)}
 FILTERS = ((29, 4), (7, 4))
-SCHEDULE = Schedule(epochs=400, patience=20, minutes=6.0)
+SCHEDULE = Schedule(epochs=400, patience=20, minutes=5.0)
 BATCH, BATCHES = 512, 64
 
 
