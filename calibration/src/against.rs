@@ -17,9 +17,9 @@ use crate::residual::Evidence;
 const CUTS: [f64; 7] = [0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
 /// Fewest instants in a part: the errors of a tracker live 0.4 s.
 const MIN_INSTANTS: usize = 30;
-/// A part in which the person's middle strays less than this (RMS) tells no motion of the sensor: what a tracker does
-/// wrong in one place, in one pose, does not fall out of the difference. Metres.
-const LEAST_STRAY_M: f64 = 0.2;
+/// Motion is told where the person walks: an instant counts once their middle is this far from where it was at the last
+/// one that counted. What a tracker does wrong in one place, in one pose, would not fall out of the difference. Metres.
+const STRIDE_M: f64 = 0.05;
 /// Rounds of fitting, and the robust scale in standard deviations.
 const ROUNDS: usize = 4;
 const SCALE: f64 = 3.0;
@@ -53,6 +53,7 @@ pub(crate) struct Against {
 }
 
 /// A joint as the sensor has it and as another one does, both in the sensor's axes, metres.
+#[derive(Clone, Copy)]
 struct Seen {
     instant: usize,
     own: Vector3<f64>,
@@ -68,12 +69,11 @@ struct Fit {
 /// Each sensor against the others.
 pub(crate) fn against(evidence: &Evidence<'_>) -> Vec<Against> {
     let against = |sensor: usize| {
-        let mut seen = seen(evidence, sensor);
-        let step = seen.len().div_ceil(JOINTS).max(1);
-        seen = seen.into_iter().step_by(step).collect();
+        let seen = seen(evidence, sensor);
+        let (walking, step) = thinned(walking(&seen));
         Against {
-            motion: motion(&seen, step, evidence.spacing_s),
-            scale: scale(&seen).unwrap_or(1.0),
+            motion: motion(&walking, step, evidence.spacing_s),
+            scale: scale(&thinned(seen).0).unwrap_or(1.0),
         }
     };
     (0..evidence.names.len()).map(against).collect()
@@ -157,6 +157,27 @@ fn seen(evidence: &Evidence<'_>, sensor: usize) -> Vec<Seen> {
     all
 }
 
+/// Every n-th of what was seen, so that not too much is left, and n.
+fn thinned(seen: Vec<Seen>) -> (Vec<Seen>, usize) {
+    let step = seen.len().div_ceil(JOINTS).max(1);
+    (seen.into_iter().step_by(step).collect(), step)
+}
+
+/// What was seen at instants that count for motion.
+fn walking(seen: &[Seen]) -> Vec<Seen> {
+    let mut last: Option<Vector3<f64>> = None;
+    let instants = seen.chunk_by(|a, b| a.instant == b.instant);
+    let counted = instants.filter(|joints| {
+        let middle = joints.iter().map(|s| s.own).sum::<Vector3<f64>>() / joints.len() as f64;
+        let counts = last.is_none_or(|last| (middle - last).norm() >= STRIDE_M);
+        if counts {
+            last = Some(middle);
+        }
+        counts
+    });
+    counted.flatten().copied().collect()
+}
+
 /// The most certain motion; `seen` is every `step`-th joint.
 fn motion(seen: &[Seen], step: usize, spacing_s: f64) -> Option<Motion> {
     let mut instants: Vec<usize> = seen.iter().map(|s| s.instant).collect();
@@ -171,9 +192,6 @@ fn motion(seen: &[Seen], step: usize, spacing_s: f64) -> Option<Motion> {
     });
     let between = |cut: usize| {
         let (first, last) = seen.split_at(seen.partition_point(|s| s.instant < cut));
-        if stray_m(first).min(stray_m(last)) < LEAST_STRAY_M {
-            return None;
-        }
         let (before, after) = (fit(first)?, fit(last)?);
         let change = before.motion.inverse() * after.motion;
         let squares = seen
@@ -189,18 +207,6 @@ fn motion(seen: &[Seen], step: usize, spacing_s: f64) -> Option<Motion> {
     };
     cuts.filter_map(between)
         .max_by(|x, y| x.sigmas.total_cmp(&y.sigmas))
-}
-
-/// How far the middle of what the sensor saw strays from its mean, RMS over the instants, metres.
-fn stray_m(seen: &[Seen]) -> f64 {
-    let middles: Vec<Vector3<f64>> = seen
-        .chunk_by(|a, b| a.instant == b.instant)
-        .map(|joints| joints.iter().map(|s| s.own).sum::<Vector3<f64>>() / joints.len() as f64)
-        .collect();
-    let count = middles.len().max(1) as f64;
-    let mean = middles.iter().sum::<Vector3<f64>>() / count;
-    let squares: f64 = middles.iter().map(|m| (m - mean).norm_squared()).sum();
-    (squares / count).sqrt()
 }
 
 /// The weighted rigid motion from the sensor's own joints to the others', and its information.
