@@ -4,7 +4,7 @@
 //! - [`Truth`]: what is known of the truth; [`SimulatedTruth`] and [`RecordedTruth`].
 //! - [`Judge`]: counts what a run's frames are worth, with or without truth, in a [`Tally`] that runs can be pooled
 //!   in; shown as [`Metrics`].
-//! - [`leave_one_out`]: whether a sensor agrees with what the others make of its people.
+//! - [`leave_one_out`], [`left_out_alike`]: whether a sensor agrees with what the others make of its people.
 //! - [`SimulatedRoom`]: a simulated room as the engine's inputs; [`fuse`] lets an engine have them.
 //! - [`Method`]: the configurations that are compared.
 //! - [`suite`]: many simulated rooms, all methods on the same inputs.
@@ -32,7 +32,7 @@ mod tally;
 mod truth;
 mod versus;
 
-pub use alone::leave_one_out;
+pub use alone::{LeftOut, leave_one_out, left_out_alike};
 pub use compare::{Comparison, FURTHEST_MATCH_M, Pair, compare};
 pub use fuse::fuse;
 pub use histogram::Histogram;

@@ -1,6 +1,7 @@
-//! The ways of fusing that are compared: configurations of the engine with a name.
+//! The ways of fusing that are compared: configurations of the engine with a name. None of them makes anything up where no
+//! sensor sees a joint: what a repair adds is compared by itself.
 
-use posefuse_fusion::{Config, FuseMethod};
+use posefuse_fusion::{Config, FuseMethod, RepairConfig};
 
 /// A configuration with a name.
 #[derive(Clone, Debug)]
@@ -47,7 +48,10 @@ pub const PRESETS: [(&str, &str); 8] = [
 /// The method of this name; `None` if there is none.
 pub fn preset(name: &str) -> Option<Method> {
     let (name, about) = PRESETS.iter().find(|(known, _)| *known == name)?;
-    let mut config = Config::default();
+    let mut config = Config {
+        repair: RepairConfig::off(),
+        ..Config::default()
+    };
     match *name {
         "mean" | REFERENCE => {
             config.fuse.method = FuseMethod::Average;

@@ -1,18 +1,20 @@
 //! Leave one sensor out: fuse without it, and compare what it measured itself.
 //!
 //! Its body is compared with the nearest fused person at the body's own capture time, joint by joint where the
-//! sensor measured with trust. Both sides err, so that even perfect fusion keeps the left-out sensor's own error; it
-//! is the same for every method. A left-out sensor that mirrors a person makes errors of its own, too: the median
-//! bears it, the root mean square does not.
+//! sensor measured with trust. Time and place of the body are those that the engine under test would give it
+//! ([`Engine::locate`]): how far a method's people are from a sensor that it takes as it takes all others. Both sides
+//! err, so that even perfect fusion keeps the left-out sensor's own error; it is the same for every method. A left-out
+//! sensor that mirrors a person makes errors of its own, too: the median bears it, the root mean square does not.
+//!
+//! Methods are compared on the same bodies and joints ([`left_out_alike`]): one that shows nobody where it is difficult
+//! would else have the smaller distances.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use nalgebra::Vector3;
-use posefuse_fusion::Input;
+use posefuse_fusion::{Engine, Input};
 use posefuse_skeleton::{
-    Calibration, Joint, JointMap, Observation, Position, Room, RoomFrame, SIDE_PAIRS, SensorId,
-    Timestamp, Track,
+    Joint, JointMap, Observation, Position, Room, RoomFrame, SIDE_PAIRS, SensorId, Timestamp, Track,
 };
 
 use crate::compare::FURTHEST_MATCH_M;
@@ -28,20 +30,35 @@ const TRUSTED: f32 = 0.75;
 /// Bodies with fewer such joints are not compared.
 const FEWEST_JOINTS: usize = 5;
 
-/// A body that a left-out sensor saw, room metres.
+/// How far one method's people are from what each sensor measured that had no part in them. The bodies are the same for
+/// every method and in the same order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LeftOut {
+    sensors: Vec<Vec<Away>>,
+}
+
+/// A left-out sensor's body beside the fused person.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Away {
+    /// From each of its trusted joints to the fused one, metres; empty where nobody was fused.
+    joints: JointMap<f32>,
+    /// Whether left and right agree, where there is enough to tell.
+    sides: Option<bool>,
+}
+
+/// A body that a left-out sensor saw: its trusted joints, room metres.
 struct Seen {
     time: Timestamp,
     joints: JointMap<Vector3<f64>>,
 }
 
-/// Fuses `inputs` once without each sensor, and counts how far its trusted joints are from what the others make of
-/// them: all distances, the median of each sensor, and how often left and right agree. `inputs` is asked once per
-/// sensor.
+/// Fuses `inputs` once without each sensor, and notes how far the bodies that it saw from `from` on are from what the
+/// others make of them. `inputs` is asked once per sensor. Of fewer than two sensors none can be left out.
 pub fn leave_one_out<I: IntoIterator<Item = (Timestamp, Input)>>(
     method: &Method,
     inputs: &mut dyn FnMut() -> I,
     from: Timestamp,
-) -> Tally {
+) -> LeftOut {
     let sensors: BTreeSet<SensorId> = inputs()
         .into_iter()
         .filter_map(|(_, input)| match input {
@@ -49,13 +66,12 @@ pub fn leave_one_out<I: IntoIterator<Item = (Timestamp, Input)>>(
             _ => None,
         })
         .collect();
-    let mut tally = Tally::default();
     if sensors.len() < 2 {
-        return tally;
+        return LeftOut::default();
     }
-    for sensor in sensors {
-        let mut out = LeftOut::new(sensor);
-        let mut frames = Vec::new();
+    let without = |sensor: SensorId| {
+        let (mut seen, mut frames) = (Vec::new(), Vec::new());
+        let mut last: Option<Observation> = None;
         let kept = inputs().into_iter().map(|(time, input)| {
             let own = matches!(&input, Input::Observation(o) if o.sensor == sensor);
             // A tick in its place tells the engine how late it is, and nothing else.
@@ -66,98 +82,92 @@ pub fn leave_one_out<I: IntoIterator<Item = (Timestamp, Input)>>(
             kept,
             |engine, input| {
                 if let Input::Observation(observation) = input
-                    && let Some(time) = engine.map_time(sensor, observation.captured)
+                    && observation.sensor == sensor
+                    && observation.received >= from
                 {
-                    out.add(observation, time);
-                }
-                if let Input::Sensor(info) = input {
-                    out.greet(info.id, &info.name);
-                }
-                if let Input::Calibration(calibration) = input {
-                    out.calibration = Some(Arc::clone(calibration));
+                    // A frame that repeats the last one tells of no time.
+                    let stale = |last: &Observation| last.bodies == observation.bodies;
+                    if !last.as_ref().is_some_and(stale) {
+                        note(engine, observation, &mut seen);
+                    }
+                    last = Some(observation.clone());
                 }
             },
             &mut |frame| frames.push(frame),
         );
-        out.compare(&frames, from, &mut tally);
-    }
-    tally
-}
-
-struct LeftOut {
-    sensor: SensorId,
-    name: String,
-    calibration: Option<Arc<Calibration>>,
-    seen: Vec<Seen>,
-    last: Option<Observation>,
-}
-
-impl LeftOut {
-    fn new(sensor: SensorId) -> Self {
-        Self {
-            sensor,
-            name: String::new(),
-            calibration: None,
-            seen: Vec::new(),
-            last: None,
-        }
-    }
-
-    fn greet(&mut self, sensor: SensorId, name: &str) {
-        if sensor == self.sensor {
-            name.clone_into(&mut self.name);
-        }
-    }
-
-    /// Notes the bodies of one of its frames, in the room.
-    fn add(&mut self, observation: &Observation, time: Timestamp) {
-        let pose = self.calibration.as_ref().and_then(|calibration| {
-            let pose = calibration.sensors.get(&self.name)?;
-            Some((pose.clone(), calibration.ray_bias_m.clone()))
-        });
-        let stale = |last: &Observation| last.bodies == observation.bodies;
-        let repeated = self.last.as_ref().is_some_and(stale);
-        self.last = Some(observation.clone());
-        let Some((pose, ray_bias_m)) = pose.filter(|_| !repeated) else {
-            return;
+        let away = |seen: &Option<Seen>| {
+            let away = seen.as_ref().and_then(|seen| away(seen, &frames));
+            away.unwrap_or_default()
         };
-        let origin = pose.room_from_sensor.origin().vector();
-        for body in &observation.bodies {
-            let joints = body.skeleton.filter_map(|joint, state| {
-                if state.confidence.get() < TRUSTED || !state.position.is_finite() {
-                    return None;
-                }
-                let at = pose.room_from_sensor.apply(state.position).vector();
-                let away = (at - origin).try_normalize(1e-9)?;
-                Some(at + away * ray_bias_m[joint].unwrap_or(0.0))
-            });
-            if joints.len() >= FEWEST_JOINTS {
-                let time = time.plus_ns(pose.time_offset_ns);
-                self.seen.push(Seen { time, joints });
-            }
-        }
-    }
-
-    fn compare(&self, frames: &[RoomFrame], from: Timestamp, tally: &mut Tally) {
-        let mut own = Histogram::default();
-        for seen in self.seen.iter().filter(|seen| seen.time >= from) {
-            let Some(fused) = nearest(seen, frames) else {
-                continue;
-            };
-            for (joint, measured) in seen.joints.iter() {
-                if let Some(fused) = fused[joint] {
-                    own.add((fused - measured).norm());
-                }
-            }
-            if let Some(agree) = sides_agree(&seen.joints, &fused) {
-                tally.left_out_sides.add(f64::from(u8::from(agree)));
-            }
-        }
-        tally.left_out_medians.extend(own.quantile_m(0.5));
-        tally.left_out.merge(&own);
+        seen.iter().map(away).collect()
+    };
+    LeftOut {
+        sensors: sensors.into_iter().map(without).collect(),
     }
 }
 
+/// What several methods on the same inputs count for on the joints of bodies that all of them fused: all distances, the
+/// median of each sensor, and how often left and right agree.
+pub fn left_out_alike(methods: &[LeftOut]) -> Vec<Tally> {
+    let mut tallies = vec![Tally::default(); methods.len()];
+    let sensors = methods.iter().map(|method| method.sensors.len());
+    for sensor in 0..sensors.min().unwrap_or(0) {
+        let of = |method: &LeftOut| method.sensors[sensor].len();
+        let bodies = methods.iter().map(of).min().unwrap_or(0);
+        let mut own = vec![Histogram::default(); methods.len()];
+        for body in 0..bodies {
+            let all: Vec<&Away> = methods.iter().map(|m| &m.sensors[sensor][body]).collect();
+            let everywhere = |joint: &Joint| all.iter().all(|away| away.joints[*joint].is_some());
+            for joint in Joint::ALL.into_iter().filter(everywhere) {
+                for (away, own) in all.iter().zip(&mut own) {
+                    own.add(f64::from(away.joints[joint].unwrap_or_default()));
+                }
+            }
+            if all.iter().all(|away| away.sides.is_some()) {
+                for (away, tally) in all.iter().zip(&mut tallies) {
+                    let agree = away.sides == Some(true);
+                    tally.left_out_sides.add(f64::from(u8::from(agree)));
+                }
+            }
+        }
+        for (own, tally) in own.iter().zip(&mut tallies) {
+            tally.left_out_medians.extend(own.quantile_m(0.5));
+            tally.left_out.merge(own);
+        }
+    }
+    tallies
+}
+
+/// Notes the bodies of a frame that the engine did not get: `None` where it could not tell where they are.
+fn note(engine: &Engine, observation: &Observation, seen: &mut Vec<Option<Seen>>) {
+    let located = engine.locate(observation);
+    for (index, body) in observation.bodies.iter().enumerate() {
+        let trusted = body.skeleton.filter_map(|_, state| {
+            let measured = state.confidence.get() >= TRUSTED && state.position.is_finite();
+            measured.then_some(())
+        });
+        if trusted.len() < FEWEST_JOINTS {
+            continue;
+        }
+        seen.push(located.as_ref().map(|(time, bodies)| Seen {
+            time: *time,
+            joints: trusted.filter_map(|joint, ()| Some(bodies[index].position(joint)?.vector())),
+        }));
+    }
+}
+
+/// How far the body is from the nearest fused person.
+fn away(seen: &Seen, frames: &[RoomFrame]) -> Option<Away> {
+    let fused = nearest(seen, frames)?;
+    let distance = |joint: Joint, measured: &Vector3<f64>| {
+        let fused: Vector3<f64> = fused[joint]?;
+        Some((fused - measured).norm() as f32)
+    };
+    Some(Away {
+        joints: seen.joints.filter_map(distance),
+        sides: sides_agree(&seen.joints, &fused),
+    })
+}
 /// The joints of the fused person nearest to the body at its time.
 fn nearest(seen: &Seen, frames: &[RoomFrame]) -> Option<JointMap<Vector3<f64>>> {
     let after = frames.partition_point(|frame| frame.time < seen.time);

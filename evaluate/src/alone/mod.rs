@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use posefuse_skeleton::{JointMap, RoomFrame, TrackId};
 
-pub use left_out::leave_one_out;
+pub use left_out::{LeftOut, leave_one_out, left_out_alike};
 
 use crate::measure::{LONGEST_STEP_S, bones};
 use crate::series::Sample;

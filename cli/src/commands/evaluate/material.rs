@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use posefuse_evaluate::{
-    Group, Judge, Judged, Method, RecordedTruth, Run, Truth, fuse, leave_one_out,
+    Group, Judge, Judged, LeftOut, Method, RecordedTruth, Run, Truth, fuse, leave_one_out,
+    left_out_alike,
 };
 use posefuse_fusion::Input;
 use posefuse_skeleton::{Calibration, JointMap, Timestamp};
@@ -55,10 +56,22 @@ impl Material {
             progress();
             judged
         };
-        methods.iter().map(one).collect()
+        let judged: anyhow::Result<Vec<(Judged, LeftOut)>> = methods.iter().map(one).collect();
+        let (mut judged, left_out): (Vec<Judged>, Vec<LeftOut>) = judged?.into_iter().unzip();
+        let alike = left_out_alike(&left_out);
+        for (judged, alike) in judged.iter_mut().zip(&alike) {
+            judged.tally.merge(alike);
+        }
+        Ok(judged)
     }
 
-    fn one(&self, method: &Method, from: Timestamp, span: &Span) -> anyhow::Result<Judged> {
+    /// What one method is worth; without truth also how far its people are from sensors that were left out.
+    fn one(
+        &self,
+        method: &Method,
+        from: Timestamp,
+        span: &Span,
+    ) -> anyhow::Result<(Judged, LeftOut)> {
         let failed = Rc::new(RefCell::new(None));
         let truth: Option<&dyn Truth> = match self.truth.is_empty() {
             true => None,
@@ -68,17 +81,14 @@ impl Material {
         let inputs = self.inputs(method, &failed);
         let busy = fuse(method, inputs, &mut |frame| judge.add(frame));
         let mut judged = judge.finish();
-        let tally = &mut judged.tally;
-        if truth.is_none() {
-            tally.merge(&leave_one_out(
-                method,
-                &mut || self.inputs(method, &failed),
-                from,
-            ));
-        }
+        let left_out = match truth {
+            Some(_) => LeftOut::default(),
+            None => leave_one_out(method, &mut || self.inputs(method, &failed), from),
+        };
         if let Some(error) = failed.take() {
             return Err(error).with_context(|| format!("`{}`", self.name));
         }
+        let tally = &mut judged.tally;
         if tally.track_frames == 0 {
             bail!("`{}`: {}", self.name, nobody(method, from, span));
         }
@@ -88,7 +98,7 @@ impl Material {
         }
         tally.busy_s = busy.as_secs_f64();
         tally.live_s = span.last.since_seconds(span.first);
-        Ok(judged)
+        Ok((judged, left_out))
     }
 
     /// The inputs as this method is to have them; the first error ends them.
