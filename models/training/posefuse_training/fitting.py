@@ -32,6 +32,8 @@ class Schedule:
     """Checks without a better score after which it stops."""
     cosine: bool = True
     adam_w: bool = True
+    choose: str = "best"
+    """Which averaged weights are kept: the "best" by score, or the "last" (no recording then chooses)."""
 
 
 def device() -> torch.device:
@@ -80,7 +82,7 @@ def fit(
         state["seconds"] = before + time.monotonic() - begun
         if state["step"] % schedule.check_every == 0 or _share(state, schedule) >= 1:
             count = state["step"] % schedule.check_every or schedule.check_every
-            _checked(folder, averaged, check, state, {name: value / count for name, value in sums.items()})
+            _checked(folder, averaged, check, state, {name: value / count for name, value in sums.items()}, schedule.choose)
             sums = {}
             _save(folder / "last.pt", model, averaged, optimiser, state, schedule)
             if schedule.patience is not None and state["stale"] >= schedule.patience:
@@ -108,11 +110,11 @@ def _average(averaged: torch.nn.Module, model: torch.nn.Module, keep: float) -> 
         old.copy_(new)
 
 
-def _checked(folder: Path, averaged: torch.nn.Module, check, state: dict, trained: dict[str, float]) -> None:
+def _checked(folder: Path, averaged: torch.nn.Module, check, state: dict, trained: dict[str, float], choose: str) -> None:
     averaged.eval()
     with torch.no_grad():
         measured = check(averaged)
-    better = measured["score"] < state["best"]
+    better = measured["score"] < state["best"] or choose == "last"
     state["stale"] = 0 if better else state["stale"] + 1
     if better:
         state["best"] = measured["score"]

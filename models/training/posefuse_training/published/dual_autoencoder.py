@@ -14,16 +14,21 @@ column holds its way from the window's middle. A joint that was not measured is 
 import torch
 from torch import nn
 
+from ..augment import Source
+from ..joints import LIMBS, PARENTS
 from . import geometry as g
+from .experiment import AS_RECORDED, Experiment, body_proportions, numpy_rng, table, windows
+from .fit import Schedule
 
 NAME = "dual-autoencoder"
 
 FRAMES = 64
 JOINTS = 21
 FEATURES = JOINTS * 3
-PARENT = (-1, 0, 20, 2, 20, 4, 5, 6, 20, 8, 9, 10, 0, 12, 13, 14, 0, 16, 17, 18, 1)
 # (child, parent), the order of every list of bones here.
-BONES = tuple((joint, PARENT[joint]) for joint in range(1, JOINTS))
+BONES = tuple((joint, int(PARENTS[joint])) for joint in range(1, JOINTS))
+# What a gap of the synthetic noise takes away.
+GAPS = tuple(tuple(joint for joint in limb if joint < JOINTS) for limb in LIMBS.values())
 LSTM = 96
 DENSE = 96
 HIDDEN = 128
@@ -140,20 +145,96 @@ def loss(out, truth, perceptual=None):
     return total
 
 
-def synthetic_noise(points, generator, limbs, rate_hz=30.0):
-    """Windows as a bad tracker tells them: every joint shakes, by up to 0.1 sizes; gaps of a limb of 0.1 to 2 s are zero.
-
-    `limbs` lists the joints that go together.
-    """
+def synthetic_noise(points, generator, rate_hz=30.0):
+    """Windows as a bad tracker tells them: every joint shakes, by up to 0.1 sizes; gaps of a limb of 0.1 to 2 s are zero."""
     n, frames = points.shape[:2]
     amount = torch.rand((n, 1, 1, 1), generator=generator) * 0.1
-    out = points + torch.randn(points.shape, generator=generator) * amount
-    hidden = torch.zeros(points.shape[:3])
-    for i in range(n):
-        for _ in range(int(torch.randint(1, 4, (1,), generator=generator))):
-            limb = limbs[int(torch.randint(len(limbs), (1,), generator=generator))]
-            long = int(rate_hz * 0.1 * 20.0 ** float(torch.rand(1, generator=generator)))
-            start = int(torch.randint(-long // 2, frames, (1,), generator=generator))
-            for joint in limb:
-                hidden[i, max(start, 0) : max(start + long, 0), joint] = 1.0
-    return out * (1.0 - hidden).unsqueeze(-1)
+    shaken = points + torch.randn(points.shape, generator=generator) * amount
+    time = torch.arange(frames)
+    shown = torch.ones(points.shape[:3])
+    for _ in range(2):
+        long = (rate_hz * 0.1 * 20.0 ** torch.rand((n, 1), generator=generator)).round()
+        begin = torch.rand((n, 1), generator=generator) * (frames + long) - long
+        gone = ((time >= begin) & (time < begin + long)).float()
+        limb = torch.randint(len(GAPS), (n,), generator=generator)
+        for number, joints in enumerate(GAPS):
+            own = gone * (limb == number).float().unsqueeze(1)
+            shown[:, :, list(joints)] *= 1.0 - own.unsqueeze(-1)
+    return shaken * shown.unsqueeze(-1)
+
+
+# --- the paper's experiment -------------------------------------------------------------------------------------------
+
+GAIN = {"CAE": 33.1, "BRA": 25.5, "BRA-P": 12.2}
+"""Per cent by which the dual auto-encoder was better than each, on synthetic noise, over the three measures."""
+SCHEDULE = Schedule(epochs=400, patience=20, minutes=4.0, rate=2e-3)
+BATCH, BATCHES = 32, 20
+
+
+def body(run: Experiment):
+    """Proportions and usual size of the training recordings' people."""
+    return body_proportions(run.train, BONES)
+
+
+def train(run: Experiment, what, model, shape, noisy=True, perceptual=None):
+    """One of the networks. A perceptual auto-encoder is taught on clean motion, all others to undo noise."""
+    source = Source([(run.teaching(), 1.0)])
+    seen = torch.ones(1, FRAMES, 25)
+
+    def denoised(points, generator):
+        given = synthetic_noise(points, generator) if noisy else points
+        return model(given.flatten(-2)).view_as(points)
+
+    def losses(generator):
+        rng = numpy_rng(generator)
+        for _ in range(BATCHES):
+            points, _ = told(torch.from_numpy(source.draw(rng, BATCH, FRAMES, AS_RECORDED)), seen, *shape)
+            yield loss(denoised(points, generator), points, perceptual)
+
+    checked, _ = told(windows(run.validating(), FRAMES, 32), seen, *shape)
+
+    def validate():
+        return loss(denoised(checked, torch.Generator().manual_seed(7)), checked).item()
+
+    run.fit(what, model, losses, validate, SCHEDULE)
+    return model
+
+
+def networks(run: Experiment, shape):
+    """All that are compared, taught."""
+    perceptual = train(run, "perceptual", Convolutional(), shape, noisy=False)
+    for parameter in perceptual.parameters():
+        parameter.requires_grad_(False)
+    bra_p = train(run, "bra-p", Recurrent(), shape, perceptual=perceptual)
+    return {
+        "CAE": train(run, "cae", Convolutional(), shape),
+        "BRA": train(run, "bra", Recurrent(), shape),
+        "BRA-P": Chain(bra_p, perceptual).eval(),
+        "dual": train(run, "dual", Chain(Recurrent(), Convolutional()), shape, perceptual=perceptual),
+    }
+
+
+def experiment(run: Experiment) -> str:
+    """The three measures of the four networks on synthetic noise, and by how much the dual one is better."""
+    shape = body(run)
+    models = networks(run, shape)
+    parts = []
+    for split, prepared in run.tests().items():
+        figures = {what: tested(model, prepared, shape) for what, model in models.items()}
+        rows = []
+        for what, own in figures.items():
+            gains = [100.0 * (1.0 - best / value) for best, value in zip(figures["dual"], own)]
+            against = ["", "", ""] if what == "dual" else [f"{sum(gains) / 3:.1f}", "/".join(f"{x:.1f}" for x in gains), GAIN[what]]
+            rows.append([what, *(f"{1000.0 * value:.2f}" for value in own), *against])
+            run.note(f"{split}: {what}", dict(zip(("position_mm", "bone_mm", "smoothness_mm"), (1000.0 * value for value in own))))
+        header = ["network", "position, mm", "bone length, mm", "smoothness, mm/frame^2", "dual better by, %", "by measure, %", "published, %"]
+        parts.append(f"Synthetic noise, {split} recordings\n\n" + table(header, rows))
+    return "\n\n".join(parts)
+
+
+@torch.no_grad()
+def tested(model, prepared, shape):
+    """[measures] on all windows of recordings."""
+    points, (_, _, size) = told(windows(prepared, FRAMES, 16), torch.ones(1, FRAMES, 25), *shape)
+    noisy = synthetic_noise(points, torch.Generator().manual_seed(8))
+    return tuple(value.item() for value in measures(model(noisy.flatten(-2)).view_as(points), points, size))

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from ..augment import Variation
 from ..joints import mirrored
 from ..recordings import Prepared
 from .fit import Schedule, fit
@@ -89,6 +90,25 @@ def body_proportions(prepared: Prepared, bones) -> tuple[torch.Tensor, torch.Ten
 def in_mirror(prepared: Prepared) -> Prepared:
     """The recordings as a mirror shows them."""
     return Prepared(mirrored(prepared.poses), prepared.starts, prepared.names)
+
+
+AS_RECORDED = Variation(speed=(1.0, 1.0), size=(1.0, 1.0), backwards=0.0, mixed_arms=0.0)
+"""Stretches as they were recorded, but for the mirror and the heading."""
+
+
+def numpy_rng(generator: torch.Generator) -> np.random.Generator:
+    """A NumPy generator that goes on with what PyTorch's draws."""
+    return np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
+
+
+def windows(prepared: Prepared, frames: int, stride: int) -> torch.Tensor:
+    """`[N, frames, 25, 3]`: every window of every span, one each `stride` poses."""
+    cut = [
+        poses[start : start + frames]
+        for _, poses in prepared.spans()
+        for start in range(0, len(poses) - frames + 1, stride)
+    ]
+    return torch.from_numpy(np.stack(cut))
 
 
 def table(header: list[str], rows: list[list]) -> str:
