@@ -21,7 +21,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--data", type=Path, required=True, help="folder of prepared splits")
     parser.add_argument("--work", type=Path, required=True, help="folder for checkpoints and tables")
     parser.add_argument("--export", type=Path, help="folder for the ONNX model, its manifest and its golden output")
-    parser.add_argument("--minutes", type=float, help="at most so many processor minutes for each network")
+    parser.add_argument("--minutes", type=float, help="at most so many minutes for each network")
     parser.add_argument("--threads", type=int, default=1)
 
 

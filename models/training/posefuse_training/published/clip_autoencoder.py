@@ -16,8 +16,8 @@ from torch import nn
 from ..augment import Source
 from ..person import GaussianConditional, person_frame, sizes
 from . import geometry as g
-from .experiment import AS_RECORDED, Experiment, body_proportions, numpy_rng, table, windows
-from .fit import Schedule
+from ..fitting import device
+from .experiment import AS_RECORDED, Experiment, body_proportions, early_stopping, numpy_rng, table, windows
 
 NAME = "clip-autoencoder"
 
@@ -115,7 +115,6 @@ def leg_distance(out, points, size):
 # --- the paper's experiment -------------------------------------------------------------------------------------------
 
 PUBLISHED = 3.031
-SCHEDULE = Schedule(epochs=400, patience=25, minutes=8.0, rate=2e-3)
 BATCH, BATCHES = 64, 40
 CMU_UNIT_CM = 5.644
 
@@ -134,31 +133,27 @@ def clips(prepared, generator):
 
 def train(run: Experiment, shape):
     """The network, taught to give back all 15 joints of clips from 11; the legs count most."""
-    model = ClipAutoencoder()
     source = Source([(run.teaching(), 1.0)])
-    weight = torch.ones(len(OUT))
+    place = device()
+    weight = torch.ones(len(OUT), device=place)
     weight[list(LEG_COLUMNS)] = 4.0
     seen = torch.ones(1, FRAMES, 25)
 
-    def distance(pose):
+    def answered(model, pose):
         points, _, size = told(pose, seen, *shape)
-        out = from_image(model(to_image(given(points))))
-        return out, points, size
+        points = points.to(place)
+        return from_image(model(to_image(given(points)))), points, size.to(place)
 
-    def losses(generator):
-        rng = numpy_rng(generator)
-        for _ in range(BATCHES):
-            pose = torch.from_numpy(source.draw(rng, BATCH, FRAMES, AS_RECORDED))
-            out, points, _ = distance(pose)
-            yield (g.length(out - points) * weight).mean()
+    def losses(model):
+        out, points, _ = answered(model, torch.from_numpy(source.draw(numpy_rng(), BATCH, FRAMES, AS_RECORDED)))
+        return (g.length(out - points) * weight).mean()
 
     checked = clips(run.validating(), torch.Generator().manual_seed(5))
 
-    def validate():
-        return leg_distance(*distance(checked)).item()
+    def score(model):
+        return leg_distance(*answered(model, checked)).item()
 
-    run.fit("network", model, losses, validate, SCHEDULE)
-    return model
+    return run.fit("network", ClipAutoencoder(), losses, score, early_stopping(BATCHES, rate=2e-3, averaging=0.98))
 
 
 @torch.no_grad()

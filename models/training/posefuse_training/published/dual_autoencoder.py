@@ -17,8 +17,8 @@ from torch import nn
 from ..augment import Source
 from ..joints import LIMBS, PARENTS
 from . import geometry as g
-from .experiment import AS_RECORDED, Experiment, body_proportions, numpy_rng, table, windows
-from .fit import Schedule
+from ..fitting import device
+from .experiment import AS_RECORDED, Experiment, body_proportions, early_stopping, numpy_rng, table, windows
 
 NAME = "dual-autoencoder"
 
@@ -167,7 +167,6 @@ def synthetic_noise(points, generator, rate_hz=30.0):
 
 GAIN = {"CAE": 33.1, "BRA": 25.5, "BRA-P": 12.2}
 """Per cent by which the dual auto-encoder was better than each, on synthetic noise, over the three measures."""
-SCHEDULE = Schedule(epochs=400, patience=20, minutes=4.0, rate=2e-3)
 BATCH, BATCHES = 32, 20
 
 
@@ -181,37 +180,37 @@ def train(run: Experiment, what, model, shape, noisy=True, perceptual=None):
     source = Source([(run.teaching(), 1.0)])
     seen = torch.ones(1, FRAMES, 25)
 
-    def denoised(points, generator):
-        given = synthetic_noise(points, generator) if noisy else points
-        return model(given.flatten(-2)).view_as(points)
+    place = device()
 
-    def losses(generator):
-        rng = numpy_rng(generator)
-        for _ in range(BATCHES):
-            points, _ = told(torch.from_numpy(source.draw(rng, BATCH, FRAMES, AS_RECORDED)), seen, *shape)
-            yield loss(denoised(points, generator), points, perceptual)
+    def answered(model, points, generator=None):
+        given = synthetic_noise(points, generator) if noisy else points
+        return model(given.flatten(-2).to(place)).view(points.shape)
+
+    def losses(model):
+        points, _ = told(torch.from_numpy(source.draw(numpy_rng(), BATCH, FRAMES, AS_RECORDED)), seen, *shape)
+        return loss(answered(model, points), points.to(place), perceptual)
 
     checked, _ = told(windows(run.validating(), FRAMES, 32), seen, *shape)
 
-    def validate():
-        return loss(denoised(checked, torch.Generator().manual_seed(7)), checked).item()
+    def score(model):
+        return loss(answered(model, checked, torch.Generator().manual_seed(7)), checked.to(place)).item()
 
-    run.fit(what, model, losses, validate, SCHEDULE)
-    return model
+    return run.fit(what, model, losses, score, early_stopping(BATCHES, rate=2e-3))
 
 
 def networks(run: Experiment, shape):
     """All that are compared, taught."""
     perceptual = train(run, "perceptual", Convolutional(), shape, noisy=False)
-    for parameter in perceptual.parameters():
-        parameter.requires_grad_(False)
+    perceptual.requires_grad_(False).to(device())
     bra_p = train(run, "bra-p", Recurrent(), shape, perceptual=perceptual)
-    return {
+    models = {
         "CAE": train(run, "cae", Convolutional(), shape),
         "BRA": train(run, "bra", Recurrent(), shape),
-        "BRA-P": Chain(bra_p, perceptual).eval(),
+        "BRA-P": Chain(bra_p, perceptual),
         "dual": train(run, "dual", Chain(Recurrent(), Convolutional()), shape, perceptual=perceptual),
     }
+    perceptual.cpu()
+    return models
 
 
 def experiment(run: Experiment) -> str:

@@ -1,16 +1,16 @@
 """What the published systems' experiments share: recordings, where results go, tables, the filter."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import torch
 
 from ..augment import Variation
+from ..fitting import Schedule, device, fit
 from ..joints import mirrored
 from ..recordings import Prepared
-from .fit import Schedule, fit
 
 VALIDATES_EVERY = 8
 """So many spans of the training recordings teach for one that says when to stop."""
@@ -50,14 +50,22 @@ class Experiment:
         spans = [(name, poses) for number, (name, poses) in enumerate(self.train.spans()) if chosen(number)]
         return Prepared.joined(spans)
 
-    def fit(self, what: str, model, epoch_loss, validate, schedule: Schedule) -> dict:
-        """Trains one network of this system; see [fit]."""
-        if self.minutes is not None:
-            schedule = Schedule(schedule.epochs, schedule.patience, self.minutes, schedule.rate)
-        path = self.work / f"{what}.pt"
-        state = fit(model, epoch_loss, validate, schedule, path)
-        self.note(what, {"epochs": state["epoch"], "best_epoch": state["best_epoch"], "cpu_s": round(state["seconds"])})
-        return state
+    def fit(self, what: str, model: torch.nn.Module, losses, score, schedule: Schedule) -> torch.nn.Module:
+        """Trains one network of this system, or loads it where it is trained already.
+
+        `losses()` draws a batch (by PyTorch's own generator, which a checkpoint keeps) and gives its loss; `score()` measures
+        `model` on recordings that do not teach.
+        """
+        folder = self.work / what
+        minutes = schedule.minutes if self.minutes is None else self.minutes
+        # How long a finished run was allowed to take: one that was stopped goes on, and so does one that is given more.
+        allowed = folder / "allowed_minutes.txt"
+        if not allowed.is_file() or float(allowed.read_text()) < minutes:
+            schedule = replace(schedule, minutes=minutes)
+            fit(folder, model, lambda model, _: {"loss": losses(model)}, lambda model: {"score": score(model)}, schedule)
+            allowed.write_text(f"{minutes}\n")
+        model.load_state_dict(torch.load(folder / "best.pt", map_location="cpu", weights_only=True))
+        return model.cpu().eval()
 
     def note(self, what: str, figures: dict) -> None:
         """Keeps figures in `figures.json`, for the manifest."""
@@ -87,6 +95,14 @@ def body_proportions(prepared: Prepared, bones) -> tuple[torch.Tensor, torch.Ten
     return torch.from_numpy(ratio.astype(np.float32)), torch.tensor(float(sizes.mean()))
 
 
+def early_stopping(steps_an_epoch: int, patience: int = 20, epochs: int = 400, rate: float = 1e-3, averaging: float = 0.995) -> Schedule:
+    """Adam until `patience` epochs brought nothing."""
+    return Schedule(
+        steps=epochs * steps_an_epoch, rate=rate, weight_decay=0.0, warm_up=steps_an_epoch, check_every=steps_an_epoch,
+        patience=patience, cosine=False, adam_w=False, averaging=averaging,
+    )
+
+
 def in_mirror(prepared: Prepared) -> Prepared:
     """The recordings as a mirror shows them."""
     return Prepared(mirrored(prepared.poses), prepared.starts, prepared.names)
@@ -96,9 +112,9 @@ AS_RECORDED = Variation(speed=(1.0, 1.0), size=(1.0, 1.0), backwards=0.0, mixed_
 """Stretches as they were recorded, but for the mirror and the heading."""
 
 
-def numpy_rng(generator: torch.Generator) -> np.random.Generator:
+def numpy_rng() -> np.random.Generator:
     """A NumPy generator that goes on with what PyTorch's draws."""
-    return np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
+    return np.random.default_rng(int(torch.randint(2**31, (1,))))
 
 
 def windows(prepared: Prepared, frames: int, stride: int) -> torch.Tensor:

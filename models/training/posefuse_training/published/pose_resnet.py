@@ -16,8 +16,8 @@ from torch import nn
 
 from ..recordings import Prepared
 from . import geometry as g
-from .experiment import Experiment, body_proportions, in_mirror, savitzky_golay, table
-from .fit import Schedule
+from ..fitting import device
+from .experiment import Experiment, body_proportions, early_stopping, in_mirror, savitzky_golay, table
 
 NAME = "pose-resnet"
 
@@ -166,7 +166,6 @@ KINDS = {"occlusion + shift": (True, True), "occlusion": (True, False), "shift":
 # His figures: how far off the corrupted poses are, his best network, and that after the filter.
 HIS = {"occlusion + shift": (0.0724, 0.0383, 0.0289), "occlusion": (0.0618, 0.0239, 0.0218), "shift": (0.0127, 0.0225, 0.0172)}
 FILTERS = ((29, 4), (7, 4))
-SCHEDULE = Schedule(epochs=400, patience=20, minutes=5.0)
 BATCH, BATCHES = 512, 64
 
 
@@ -211,23 +210,20 @@ def calibrated(x, norm):
 
 
 def train(run: Experiment, what, norm, teach, check, rates):
-    """A network taught on one kind of corruption (or, with rates None, on limbs that are hidden as in a room)."""
+    """A network taught on one kind of corruption."""
     occlusion, shift = KINDS[what]
-    model = PoseResNet()
     checked = torch.cat(check)
-    bad = corrupt(checked, occlusion, shift, torch.Generator().manual_seed(3), rates)
+    bad, truth = norm(corrupt(checked, occlusion, shift, torch.Generator().manual_seed(3), rates)), norm(checked)
+    place = device()
 
-    def losses(generator):
-        for _ in range(BATCHES):
-            x = teach[torch.randint(len(teach), (BATCH,), generator=generator)]
-            told = corrupt(x, occlusion, shift, generator, rates)
-            yield (model(norm(told)) - norm(x)).abs().mean()
+    def losses(model):
+        x = teach[torch.randint(len(teach), (BATCH,))]
+        return (model(norm(corrupt(x, occlusion, shift, None, rates)).to(place)) - norm(x).to(place)).abs().mean()
 
-    def validate():
-        return (model(norm(bad)) - norm(checked)).abs().mean().item()
+    def score(model):
+        return (model(bad.to(place)) - truth.to(place)).abs().mean().item()
 
-    run.fit(what.replace(" + ", "_"), model, losses, validate, SCHEDULE)
-    return model
+    return run.fit(what.replace(" + ", "-"), PoseResNet(), losses, score, early_stopping(BATCHES))
 
 
 @torch.no_grad()
