@@ -1,0 +1,194 @@
+//! Which runtime runs a model, and whether the model is what its manifest says.
+//!
+//! `auto` takes the embedded runtime wherever that is quick enough: it needs nothing installed, and no foreign library
+//! then lives in the program. ONNX Runtime is loaded only when that may help: the embedded one cannot read the network
+//! or is too slow, or another device is wanted.
+
+use std::time::{Duration, Instant};
+
+use super::{Backend, FoundPort, Ports, Runtime, Session, embedded, installed};
+use crate::tensors::Tensors;
+use crate::trial;
+use crate::{Axis, BackendChoice, Config, Device, Kind, Manifest, ModelFile, Port, Refused};
+
+/// Calls before and while timing.
+const WARM_CALLS: usize = 2;
+const TIMED_CALLS: usize = 9;
+/// Quick enough for one window: what a live model may take (one core, 30 frames a second, several people), and what
+/// nobody minds in a recording.
+const QUICK_LIVE: Duration = Duration::from_millis(2);
+const QUICK_OFFLINE: Duration = Duration::from_millis(20);
+
+/// A model with what runs it.
+pub(crate) struct Chosen {
+    pub(crate) runtime: Runtime,
+    pub(crate) why: String,
+    pub(crate) latency: Duration,
+    pub(crate) session: Box<dyn Session>,
+}
+
+/// Opens `file` with the configured runtime or the one that suits it best.
+pub(crate) fn choose(file: &ModelFile, config: &Config) -> Result<Chosen, Refused> {
+    match (config.backend, config.device) {
+        (BackendChoice::Rten, Device::Cpu) => open(&embedded(), file, "as configured"),
+        (BackendChoice::Rten, device) => Err(Refused::Network {
+            place: file.place.clone(),
+            runtime: "rten".to_owned(),
+            problem: format!(
+                "it computes on processors only, and models.device is {}",
+                device.name()
+            ),
+        }),
+        (BackendChoice::Ort, _) => open(&installed(config)?, file, "as configured"),
+        (BackendChoice::Auto, Device::Cpu) => best(file, config),
+        (BackendChoice::Auto, device) => {
+            let why = format!("models.device is {}", device.name());
+            open(&installed(config)?, file, &why)
+        }
+    }
+}
+
+fn best(file: &ModelFile, config: &Config) -> Result<Chosen, Refused> {
+    let quick = match file.manifest.kind {
+        Kind::Live => QUICK_LIVE,
+        Kind::Offline => QUICK_OFFLINE,
+    };
+    let limit = quick.as_millis();
+    let built_in = open(&embedded(), file, "part of the program and quick enough");
+    let slow = match built_in {
+        Ok(chosen) if chosen.latency <= quick => return Ok(chosen),
+        // What is wrong with the model is wrong everywhere.
+        Err(error) if !matches!(error, Refused::Network { .. }) => return Err(error),
+        slow => slow,
+    };
+    let other = installed(config).map_err(Refused::from);
+    let other = other.and_then(|other| {
+        let why = match &slow {
+            Ok(slow) => format!("rten needs {:.1} ms, more than {limit}", ms(slow.latency)),
+            Err(_) => "rten cannot use the network".to_owned(),
+        };
+        open(&other, file, &why)
+    });
+    match (slow, other) {
+        (Ok(slow), Ok(other)) if other.latency < slow.latency => Ok(other),
+        (Err(_), Ok(other)) => Ok(other),
+        (Ok(slow), Ok(other)) => Ok(Chosen {
+            why: format!(
+                "quicker than {} ({:.1} ms)",
+                other.runtime,
+                ms(other.latency)
+            ),
+            ..slow
+        }),
+        (Ok(slow), Err(error)) => Ok(Chosen {
+            why: format!("slower than the {limit} ms wished for, but the only one: {error}"),
+            ..slow
+        }),
+        (Err(error), Err(_)) => Err(error),
+    }
+}
+
+fn open(backend: &dyn Backend, file: &ModelFile, why: &str) -> Result<Chosen, Refused> {
+    let runtime = backend.about();
+    let network = |problem| Refused::Network {
+        place: file.place.clone(),
+        runtime: runtime.to_string(),
+        problem,
+    };
+    let mut session = backend.open(file.onnx()).map_err(network)?;
+    check_ports(&file.manifest, &session.ports()).map_err(|problem| Refused::Ports {
+        place: file.place.clone(),
+        problem,
+    })?;
+    let mut tensors = Tensors::of(&file.manifest);
+    // Both batch sizes that differ in the network: one person and more.
+    let counts = match file.manifest.batch {
+        crate::Batch::Any(_) => [2, 1],
+        crate::Batch::Fixed(_) => [1, 1],
+    };
+    for count in counts {
+        trial::fill(&mut tensors, file.manifest.rate_hz, count);
+        session.run(count, &mut tensors).map_err(network)?;
+        trial::check(&tensors, count).map_err(|problem| Refused::Nonsense {
+            place: file.place.clone(),
+            problem,
+        })?;
+    }
+    let latency = timed(&mut *session, &mut tensors).map_err(network)?;
+    Ok(Chosen {
+        why: why.to_owned(),
+        runtime,
+        latency,
+        session,
+    })
+}
+
+/// Median time of a call with one window.
+fn timed(session: &mut dyn Session, tensors: &mut Tensors) -> Result<Duration, String> {
+    for _ in 0..WARM_CALLS {
+        session.run(1, tensors)?;
+    }
+    let mut times = [Duration::ZERO; TIMED_CALLS];
+    for time in &mut times {
+        let began = Instant::now();
+        session.run(1, tensors)?;
+        *time = began.elapsed();
+    }
+    times.sort();
+    Ok(times[TIMED_CALLS / 2])
+}
+
+fn ms(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}
+
+fn check_ports(manifest: &Manifest, found: &Ports) -> Result<(), String> {
+    let sides = [
+        ("input", &manifest.inputs, &found.inputs),
+        ("output", &manifest.outputs, &found.outputs),
+    ];
+    for (side, expected, found) in sides {
+        for (name, port) in expected {
+            let found = found
+                .iter()
+                .find(|found| found.name == *name)
+                .ok_or_else(|| format!("the network has no {side} `{name}`"))?;
+            check_port(port, found).map_err(|problem| format!("{side} `{name}` {problem}"))?;
+        }
+        let unknown = found.iter().find(|port| !expected.contains_key(&port.name));
+        if let Some(unknown) = unknown.filter(|_| side == "input") {
+            let name = &unknown.name;
+            return Err(format!(
+                "the network wants an input `{name}` that the manifest does not name"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_port(expected: &Port, found: &FoundPort) -> Result<(), String> {
+    if !found.is_f32 {
+        return Err("is not of 32-bit floats".to_owned());
+    }
+    // What the file leaves open shows when it runs.
+    let Some(shape) = &found.shape else {
+        return Ok(());
+    };
+    let fits = |(expected, found): (&Axis, &Option<usize>)| match (expected, found) {
+        (Axis::Length(expected), Some(found)) => expected == found,
+        (Axis::Named(_), Some(_)) => false,
+        (_, None) => true,
+    };
+    if shape.len() == expected.shape.len() && expected.shape.iter().zip(shape).all(fits) {
+        return Ok(());
+    }
+    let axes = shape
+        .iter()
+        .map(|axis| axis.map_or("any".to_owned(), |length| length.to_string()));
+    let axes: Vec<String> = axes.collect();
+    Err(format!(
+        "is {} in the network, {} in the manifest",
+        axes.join(" x "),
+        expected.shown()
+    ))
+}
