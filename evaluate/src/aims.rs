@@ -30,15 +30,47 @@ pub struct Aim {
     pub met: bool,
 }
 
+/// Aims as a table: the same figures in several rooms.
+pub struct Matrix<'a> {
+    /// The columns.
+    pub rooms: Vec<&'a str>,
+    /// The rows: a figure, and the most it may be.
+    pub rows: Vec<(&'a str, &'a str)>,
+}
+
+/// The rooms and the figures of `aims`, each once, in order.
+pub fn matrix(aims: &[Aim]) -> Matrix<'_> {
+    let mut matrix = Matrix {
+        rooms: Vec::new(),
+        rows: Vec::new(),
+    };
+    for aim in aims {
+        let (room, row) = (aim.room.as_str(), (aim.figure.as_str(), aim.aim.as_str()));
+        if !matrix.rooms.contains(&room) {
+            matrix.rooms.push(room);
+        }
+        if !matrix.rows.contains(&row) {
+            matrix.rows.push(row);
+        }
+    }
+    matrix
+}
+
+/// The aim in a room and a row of a [`Matrix`].
+pub fn in_matrix<'a>(aims: &'a [Aim], room: &str, row: (&str, &str)) -> Option<&'a Aim> {
+    let own = |aim: &&Aim| aim.room == room && (aim.figure.as_str(), aim.aim.as_str()) == row;
+    aims.iter().find(own)
+}
+
 /// What a figure is compared with.
 #[derive(Clone, Copy)]
 enum Against {
-    /// The same figure of A.
-    A,
-    /// The noise bound.
-    B,
+    /// The same figure of A: at most this share of it.
+    A(f64),
+    /// The noise bound: at most this multiple of it.
+    B(f64),
     /// Nothing: at least this.
-    AtLeast,
+    AtLeast(f64),
 }
 
 struct Wanted {
@@ -46,92 +78,66 @@ struct Wanted {
     figure: &'static str,
     unit: &'static str,
     value: fn(&Metrics) -> Option<f64>,
-    against: Against,
-    limit: f64,
+    against: &'static [Against],
 }
 
-const fn wanted(
-    method: &'static str,
-    figure: &'static str,
-    unit: &'static str,
-    value: fn(&Metrics) -> Option<f64>,
-    against: Against,
-    limit: f64,
-) -> Wanted {
+const WANTED: [Wanted; 8] = [
     Wanted {
-        method,
-        figure,
-        unit,
-        value,
-        against,
-        limit,
-    }
-}
-
-fn error(m: &Metrics) -> Option<f64> {
-    m.own_error.mean_mm
-}
-
-fn hidden(m: &Metrics) -> Option<f64> {
-    m.own_error_occluded.mean_mm
-}
-
-fn jitter(m: &Metrics) -> Option<f64> {
-    m.jitter_mps2
-}
-
-const WANTED: [Wanted; 9] = [
-    wanted("kalman-0", "error, at once", "mm", error, Against::A, 0.55),
-    wanted(
-        "kalman-1",
-        "error, one frame",
-        "mm",
-        error,
-        Against::A,
-        0.45,
-    ),
-    wanted("kalman-1", "error, one frame", "mm", error, Against::B, 1.6),
-    wanted("offline", "error, offline", "mm", error, Against::A, 0.40),
-    wanted(
-        "kalman-1",
-        "hidden joints, one frame",
-        "mm",
-        hidden,
-        Against::A,
-        0.45,
-    ),
-    wanted(
-        "kalman-1",
-        "jitter, one frame",
-        "m/s2",
-        jitter,
-        Against::A,
-        0.25,
-    ),
-    wanted(
-        "offline",
-        "jitter, offline",
-        "m/s2",
-        jitter,
-        Against::A,
-        0.12,
-    ),
-    wanted(
-        "kalman-1",
-        "spikes, one frame",
-        "/min",
-        |m| m.spikes_per_min,
-        Against::A,
-        0.1,
-    ),
-    wanted(
-        "kalman-1",
-        "swaps found out",
-        "%",
-        |m| m.swaps_right.map(|share| share * 100.0),
-        Against::AtLeast,
-        99.5,
-    ),
+        method: "kalman-0",
+        figure: "error, at once",
+        unit: "mm",
+        value: |m| m.own_error.mean_mm,
+        against: &[Against::A(0.55)],
+    },
+    Wanted {
+        method: "kalman-1",
+        figure: "error, one frame",
+        unit: "mm",
+        value: |m| m.own_error.mean_mm,
+        against: &[Against::A(0.45), Against::B(1.6)],
+    },
+    Wanted {
+        method: "offline",
+        figure: "error, offline",
+        unit: "mm",
+        value: |m| m.own_error.mean_mm,
+        against: &[Against::A(0.40)],
+    },
+    Wanted {
+        method: "kalman-1",
+        figure: "hidden joints, one frame",
+        unit: "mm",
+        value: |m| m.own_error_occluded.mean_mm,
+        against: &[Against::A(0.45)],
+    },
+    Wanted {
+        method: "kalman-1",
+        figure: "jitter, one frame",
+        unit: "m/s2",
+        value: |m| m.jitter_mps2,
+        against: &[Against::A(0.25)],
+    },
+    Wanted {
+        method: "offline",
+        figure: "jitter, offline",
+        unit: "m/s2",
+        value: |m| m.jitter_mps2,
+        against: &[Against::A(0.12)],
+    },
+    Wanted {
+        method: "kalman-1",
+        figure: "spikes, one frame",
+        unit: "/min",
+        value: |m| m.spikes_per_min,
+        against: &[Against::A(0.1)],
+    },
+    Wanted {
+        method: "kalman-1",
+        figure: "swaps found out",
+        unit: "%",
+        value: |m| m.swaps_right.map(|share| share * 100.0),
+        against: &[Against::AtLeast(99.5)],
+    },
 ];
 
 /// The methods that the aims are about.
@@ -139,31 +145,38 @@ pub const METHODS: [&str; 4] = [REFERENCE, "kalman-0", "kalman-1", "offline"];
 
 /// The aims in these rooms.
 pub fn check(rooms: &[Group]) -> Vec<Aim> {
-    let room = |room: &Group| {
-        let aims = WANTED.iter().map(|wanted| aim(room, wanted));
-        aims.collect::<Vec<_>>()
-    };
-    rooms.iter().flat_map(room).collect()
+    let mut aims = Vec::new();
+    for room in rooms {
+        for wanted in &WANTED {
+            let all = wanted.against.iter();
+            aims.extend(all.map(|against| aim(room, wanted, *against)));
+        }
+    }
+    aims
 }
 
-fn aim(room: &Group, wanted: &Wanted) -> Aim {
+fn aim(room: &Group, wanted: &Wanted, against: Against) -> Aim {
     let figures = |method: &str| room.of(method).map(|run| &run.all);
     let measured = figures(wanted.method).and_then(wanted.value);
-    let reference = match wanted.against {
-        Against::A => figures(REFERENCE).and_then(wanted.value),
-        Against::B => figures(wanted.method).and_then(|m| m.noise_bound_mm),
-        Against::AtLeast => Some(1.0),
+    let (reference, limit, aim) = match against {
+        Against::A(limit) => {
+            let a = figures(REFERENCE).and_then(wanted.value);
+            (a, limit, format!("{limit} A"))
+        }
+        Against::B(limit) => {
+            let b = figures(wanted.method).and_then(|m| m.noise_bound_mm);
+            (b, limit, format!("{limit} B"))
+        }
+        Against::AtLeast(limit) => (Some(1.0), limit, format!("{limit} %")),
     };
     let value = measured
         .zip(reference)
         .map(|(measured, reference)| measured / reference)
         .filter(|value| value.is_finite());
-    let limit = wanted.limit;
-    let (aim, met) = match wanted.against {
-        Against::A => (format!("{limit} A"), value.is_some_and(|v| v <= limit)),
-        Against::B => (format!("{limit} B"), value.is_some_and(|v| v <= limit)),
-        Against::AtLeast => (format!("{limit} %"), value.is_some_and(|v| v >= limit)),
-    };
+    let met = value.is_some_and(|value| match against {
+        Against::A(_) | Against::B(_) => value <= limit,
+        Against::AtLeast(_) => value >= limit,
+    });
     Aim {
         room: room.name.clone(),
         figure: wanted.figure.to_owned(),

@@ -8,6 +8,7 @@
 //! - [`SimulatedRoom`]: a simulated room as the engine's inputs; [`fuse`] lets an engine have them.
 //! - [`Method`]: the configurations that are compared.
 //! - [`suite`]: many simulated rooms, all methods on the same inputs.
+//! - [`repair`]: how well occlusion models fill in what no sensor saw.
 //! - [`Report`]: the result, as rows of text ([`table`]), JSON or a page; [`aims`]: what is to be reached.
 //!
 //! No I/O. Units are in the names; a field without one is a share or a count. Every definition stands where the
@@ -23,6 +24,7 @@ mod measure;
 mod methods;
 mod metrics;
 mod parallel;
+pub mod repair;
 mod report;
 mod room;
 mod series;

@@ -2,7 +2,10 @@
 
 mod page;
 mod plots;
+mod repair;
 mod svg;
+
+pub(crate) use repair::html as repair_html;
 
 use serde::Serialize;
 

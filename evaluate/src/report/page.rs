@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::svg::{COLOURS, escaped, number};
 use super::{Group, Report, Run, plots};
-use crate::aims::Aim;
+use crate::aims::{Aim, Matrix, in_matrix, matrix};
 use crate::methods::REFERENCE;
 use crate::metrics::Metrics;
 use crate::table::{Column, cell};
@@ -15,25 +15,9 @@ const STYLE: &str = include_str!("report.css");
 const MOST_PLOTTED: usize = 6;
 
 pub(super) fn html(report: &Report) -> String {
-    let mut page = String::new();
-    let title = escaped(&report.title);
-    push(
-        &mut page,
-        format_args!(
-            "<!doctype html>\n<html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>\
-             <title>{title}</title><style>{STYLE}</style></head><body><main>\n<h1>{title}</h1>\n"
-        ),
-    );
-    for sentence in &report.about {
-        push(
-            &mut page,
-            format_args!("<p class=soft>{}</p>\n", escaped(sentence)),
-        );
-    }
+    let mut page = beginning(&report.title, &report.about);
     legend(report, &mut page);
-    if !report.aims.is_empty() {
-        aims(&report.aims, &mut page);
-    }
+    aims(&report.aims, A_AND_B, &mut page);
     if !report.versus.is_empty() {
         side_by_side(&report.versus, &mut page);
     }
@@ -45,12 +29,39 @@ pub(super) fn html(report: &Report) -> String {
     for (index, group) in report.groups.iter().enumerate() {
         section(report, group, index < plotted, &mut page);
     }
-    glossary(report.columns(), &mut page);
-    page.push_str("</main></body></html>\n");
+    let columns = report.columns().iter();
+    glossary(columns.map(|column| (column.name, column.about)), &mut page);
+    page.push_str(END);
     page
 }
 
-fn push(page: &mut String, what: std::fmt::Arguments<'_>) {
+/// What ends a page.
+pub(super) const END: &str = "</main></body></html>\n";
+/// What the aims of fusing are measured by.
+const A_AND_B: &str =
+    "A is the mean of the sensors with left and right put right, B the noise bound of the room.";
+
+/// A page up to its first section.
+pub(super) fn beginning(title: &str, about: &[String]) -> String {
+    let mut page = String::new();
+    let title = escaped(title);
+    push(
+        &mut page,
+        format_args!(
+            "<!doctype html>\n<html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>\
+             <title>{title}</title><style>{STYLE}</style></head><body><main>\n<h1>{title}</h1>\n"
+        ),
+    );
+    for sentence in about {
+        push(
+            &mut page,
+            format_args!("<p class=soft>{}</p>\n", escaped(sentence)),
+        );
+    }
+    page
+}
+
+pub(super) fn push(page: &mut String, what: std::fmt::Arguments<'_>) {
     // Writing to a string cannot fail.
     let _ = page.write_fmt(what);
 }
@@ -74,24 +85,20 @@ fn legend(report: &Report, page: &mut String) {
     page.push_str("</ul></section>\n");
 }
 
-/// The aims as rows, the rooms as columns.
-fn aims(aims: &[Aim], page: &mut String) {
-    let met = aims.iter().filter(|aim| aim.met).count();
-    let (mut rooms, mut rows): (Vec<&str>, Vec<(&str, &str)>) = (Vec::new(), Vec::new());
-    for aim in aims {
-        if !rooms.contains(&aim.room.as_str()) {
-            rooms.push(&aim.room);
-        }
-        if !rows.contains(&(aim.figure.as_str(), aim.aim.as_str())) {
-            rows.push((&aim.figure, &aim.aim));
-        }
+/// The aims as rows, the rooms as columns, after a sentence `about` them.
+pub(super) fn aims(aims: &[Aim], about: &str, page: &mut String) {
+    if aims.is_empty() {
+        return;
     }
+    let met = aims.iter().filter(|aim| aim.met).count();
+    let Matrix { rooms, rows } = matrix(aims);
     push(
         page,
         format_args!(
-            "<section><h2>Aims</h2><p class=soft>{met} of {} are met. A is the mean of the sensors with left and right \
-             put right, B the noise bound of the room.</p><div class=wide><table><thead><tr><th>figure</th><th>aim</th>",
-            aims.len()
+            "<section><h2>Aims</h2><p class=soft>{met} of {} are met. {}</p><div class=wide><table><thead><tr>\
+             <th>figure</th><th>aim</th>",
+            aims.len(),
+            escaped(about)
         ),
     );
     for room in &rooms {
@@ -108,8 +115,7 @@ fn aims(aims: &[Aim], page: &mut String) {
             ),
         );
         for room in &rooms {
-            let own = |aim: &&Aim| aim.room == *room && aim.figure == figure && aim.aim == limit;
-            let shown = aims.iter().find(own);
+            let shown = in_matrix(aims, room, (figure, limit));
             page.push_str(&shown.map_or_else(|| "<td>-</td>".to_owned(), aim_cell));
         }
         page.push_str("</tr>");
@@ -282,16 +288,13 @@ fn is_best(column: &Column, run: &Run, group: &Group) -> bool {
     others.iter().all(|other| own_key <= *other) && others.iter().any(|other| own_key < *other)
 }
 
-fn glossary(columns: &[Column], page: &mut String) {
+/// What each of `terms` means.
+pub(super) fn glossary<'a>(terms: impl Iterator<Item = (&'a str, &'a str)>, page: &mut String) {
     page.push_str("<section><h2>What the figures mean</h2><dl>");
-    for column in columns {
+    for (name, about) in terms {
         push(
             page,
-            format_args!(
-                "<dt>{}</dt><dd>{}</dd>",
-                escaped(column.name),
-                escaped(column.about)
-            ),
+            format_args!("<dt>{}</dt><dd>{}</dd>", escaped(name), escaped(about)),
         );
     }
     page.push_str("</dl></section>\n");
