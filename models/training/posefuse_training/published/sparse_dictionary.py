@@ -12,10 +12,16 @@ How the five parts are joined is not told; here the trunk is in every triple, wi
 the person's own heading.
 """
 
+import numpy as np
 import torch
 from torch import nn
 
+from ..fitting import Schedule, device
+from ..joints import PARENTS as PARENT
+from ..recordings import Prepared
 from . import geometry as g
+from .experiment import Experiment, in_mirror, table, windows
+from .matrix_completion import completed
 
 NAME = "sparse-dictionary"
 
@@ -25,11 +31,10 @@ LAMBDA_SPARSE = 1e-4
 LAMBDA_BONE = 0.4
 
 JOINTS = 21
-PARENT = (-1, 0, 20, 2, 20, 4, 5, 6, 20, 8, 9, 10, 0, 12, 13, 14, 0, 16, 17, 18, 1)
 # Parts as child joints of bones; every list of 20 bones is in this order, which is also an order from the trunk outward.
 PARTS = ((1, 20, 2, 3), (4, 5, 6, 7), (8, 9, 10, 11), (12, 13, 14, 15), (16, 17, 18, 19))
 CHILDREN = sum(PARTS, ())
-PARENTS = tuple(PARENT[child] for child in CHILDREN)
+PARENTS = tuple(int(PARENT[child]) for child in CHILDREN)
 BONES = tuple(zip(CHILDREN, PARENTS))
 # The other side's bone, whose length is as good as one's own.
 OTHER = (0, 1, 2, 3, 8, 9, 10, 11, 4, 5, 6, 7, 16, 17, 18, 19, 12, 13, 14, 15)
@@ -129,6 +134,9 @@ def placed(pose, seen, along, lengths, rounds=8):
     further out."""
     joints = list(pose[..., :JOINTS, :].unbind(-2))
     say = list(seen[..., :JOINTS].unsqueeze(-1).unbind(-2))
+    # A hidden pelvis hangs from the chest.
+    spine = along[..., 0, :] * lengths[..., 0:1] + along[..., 1, :] * lengths[..., 1:2]
+    joints[0] = say[0] * joints[0] + (1.0 - say[0]) * (joints[g.SPINE_SHOULDER] - spine)
     for bone, (child, parent) in enumerate(BONES):
         guess = joints[parent] + along[..., bone, :] * lengths[..., bone : bone + 1]
         joints[child] = say[child] * joints[child] + (1.0 - say[child]) * guess
@@ -152,39 +160,157 @@ def _pulled(points, seen, lengths, rounds):
 
 
 class Dictionary(nn.Module):
-    """Six dictionaries of unit atoms, `[6, 216, atoms]`."""
+    """Six dictionaries of atoms no longer than one, `[6, 216, atoms]`; they begin as windows of motion `[6, N, 216]`."""
 
-    def __init__(self, atoms=ATOMS, generator=None):
+    def __init__(self, atoms=ATOMS, examples=None):
         super().__init__()
-        start = torch.randn((len(TRIPLES), FEATURES, atoms), generator=generator)
-        self.atoms = nn.Parameter(g.unit(start.transpose(1, 2)).transpose(1, 2))
+        start = torch.randn(len(TRIPLES), atoms, FEATURES) if examples is None else examples[:, :atoms]
+        self.atoms = nn.Parameter(g.unit(start).transpose(1, 2).contiguous())
 
     @torch.no_grad()
     def normalise(self):
         """Atoms longer than one are cut back to it."""
-        self.atoms /= torch.linalg.vector_norm(self.atoms, dim=1, keepdim=True).clamp(min=1.0)
+        self.atoms /= torch.sqrt(self.atoms.square().sum(1, keepdim=True)).clamp(min=1.0)
 
 
-# --- matrix completion, what the paper compares with --------------------------------------------------------------------
+# --- the paper's experiment -------------------------------------------------------------------------------------------
+
+BATCH, STEPS, CODING = 192, 80, 30
+TEST_STEPS = 200
+MISSING_FRAMES = 0.4
+MARKERS = (3, 6)
+PUBLISHED_BONE_CM = 1e-4
 
 
-def completed(points, known, rank_weight=None, rounds=200):
-    """A clip `[T, J, 3]` with what is not `known` `[T, J]` made up so that the matrix of frames has low rank.
+def own_heading(pose, seen):
+    """Windows `[N, 6, J, 3]` turned so that the person faces forward in the last pose, and that frame."""
+    frame = g.upright_frame(g.leftward(pose[:, -1:], seen[:, -1:]))
+    return torch.matmul(pose, frame.transpose(-1, -2)), frame
 
-    Soft-impute (Mazumder, Hastie and Tibshirani 2010): fill in, shrink the singular values, again. `rank_weight` is told in
-    parts of the largest singular value; it falls over the rounds.
-    """
-    flat = points.flatten(1)
-    mask = known.unsqueeze(-1).expand_as(points).flatten(1)
-    mean = (flat * mask).sum(0) / mask.sum(0).clamp(min=1.0)
-    x = (flat - mean) * mask
-    weight = 0.2 if rank_weight is None else rank_weight
-    for k in range(rounds):
-        u, s, v = torch.linalg.svd(x, full_matrices=False)
-        keep = torch.relu(s - s[0] * max(weight * 0.95**k, 1e-3))
-        low = (u * keep) @ v
-        after = torch.where(mask > 0, (flat - mean), low)
-        if (after - x).abs().max() < 1e-5:
-            break
-        x = after
-    return (x + mean).view_as(points)
+
+def motion(prepared: Prepared, stride):
+    """Directions of bones `[N, 6, 20, 3]` of all windows of recordings."""
+    pose = windows(prepared, WINDOW, stride)
+    turned, _ = own_heading(pose, torch.ones(pose.shape[:3]))
+    return bones_of(turned)[0]
+
+
+def train(run: Experiment, what, atoms):
+    """Dictionaries of so many atoms: code a batch, then go down the slope of what is left, bones' lengths included."""
+    teach = torch.cat([motion(run.teaching(), 3), motion(in_mirror(run.teaching()), 3)])
+    vectors = split(signed_squares(teach))
+    order = torch.randperm(vectors.shape[1], generator=torch.Generator().manual_seed(9))
+    checked = split(signed_squares(motion(run.validating(), 40)))
+    place = device()
+
+    def left(model, x, steps):
+        """The objective without the code's part."""
+        model.normalise()
+        with torch.no_grad():
+            alpha = code(x, torch.ones_like(x), model.atoms, steps, strides(model.atoms))
+        y = torch.matmul(alpha, model.atoms.transpose(1, 2))
+        excess = y.reshape(len(y), -1, WINDOW * IN_TRIPLE, 3).abs().sum(-1) - 1.0
+        return 0.5 * ((y - x).square().sum(-1) + LAMBDA_BONE * excess.square().sum(-1)).mean()
+
+    def losses(model):
+        return left(model, vectors[:, torch.randint(vectors.shape[1], (BATCH,))].to(place), CODING)
+
+    def score(model):
+        return left(model, checked.to(place), CODING).item()
+
+    schedule = Schedule(steps=STEPS, rate=2e-3, weight_decay=0.0, warm_up=10, averaging=0.9, check_every=20, patience=4, adam_w=False)
+    return run.fit(what, Dictionary(atoms, vectors[:, order]), losses, score, schedule)
+
+
+def neighbours(rng, count):
+    """`count` joints that hang together, the pelvis and the chest not among them."""
+    tree = {joint: set() for joint in range(JOINTS)}
+    for child, parent in BONES:
+        tree[child].add(parent)
+        tree[parent].add(child)
+    limbs = [j for part in PARTS[1:] for j in part]
+    chosen = {int(rng.choice(limbs))}
+    while len(chosen) < count:
+        edge = sorted({n for j in chosen for n in tree[j]} - chosen - {g.SPINE_BASE, g.SPINE_SHOULDER})
+        if not edge:
+            # A whole limb is gone: the next one begins beside it.
+            edge = [j for j in limbs if j not in chosen]
+        chosen.add(int(rng.choice(edge)))
+    return sorted(chosen)
+
+
+def gap(rng, frames, joints):
+    """`[T, 25]` with `joints` missing in 40 % of the frames, one after another."""
+    known = torch.ones(frames, 25)
+    long = round(MISSING_FRAMES * frames)
+    start = int(rng.integers(1, frames - long))
+    known[start : start + long, joints] = 0.0
+    return known
+
+
+@torch.no_grad()
+def by_dictionary(model, poses, known, lengths):
+    """A clip `[T, 25, 3]` repaired, six frames at a time: positions `[T, 21, 3]`."""
+    frames = len(poses)
+    starts = sorted({*range(0, frames - WINDOW + 1, WINDOW), frames - WINDOW})
+    pose = torch.stack([poses[s : s + WINDOW] for s in starts])
+    seen = torch.stack([known[s : s + WINDOW] for s in starts])
+    turned, frame = own_heading(pose, seen)
+    bones, _ = bones_of(turned)
+    both = seen[..., list(CHILDREN)] * seen[..., list(PARENTS)]
+    along = torch.matmul(recovered(bones, both, model.atoms, TEST_STEPS, strides(model.atoms)), frame)
+    out = poses[:, :JOINTS].clone()
+    whole = placed(pose, seen, along, lengths.expand(*pose.shape[:2], -1), rounds=60)
+    for start, repaired in zip(starts, whole):
+        out[start : start + WINDOW] = repaired
+    return out
+
+
+def straight(poses, known):
+    """Missing values on the line between the last known and the next, about the pelvis."""
+    body = (poses - poses[:, :1]).numpy().copy()
+    time = np.arange(len(body))
+    for joint in range(JOINTS):
+        seen = known[:, joint].numpy() > 0
+        for axis in range(3):
+            body[:, joint, axis] = np.interp(time, time[seen], body[seen, joint, axis])
+    return torch.from_numpy(body) + poses[:, :1]
+
+
+def errors(out, poses, known, lengths):
+    """RMSE over missing coordinates and mean error of lengths of bones that a missing joint has, both cm."""
+    gone = known[:, :JOINTS] < 0.5
+    off = (out[:, :JOINTS] - poses[:, :JOINTS])[gone]
+    touched = gone[:, list(CHILDREN)] | gone[:, list(PARENTS)]
+    bone = (bones_of(out)[1] - lengths).abs()[touched]
+    return off.square().sum().item(), off.numel(), bone.sum().item(), bone.numel()
+
+
+def experiment(run: Experiment) -> str:
+    """The paper's measures, beside matrix completion and straight lines."""
+    model = train(run, "dictionary", ATOMS)
+    parts = []
+    for split_name, prepared in run.tests().items():
+        rows = []
+        for count in MARKERS:
+            sums = {"dictionary": np.zeros(4), "matrix completion": np.zeros(4), "straight lines": np.zeros(4)}
+            rng = np.random.default_rng(count)
+            for _, span in prepared.spans():
+                poses = torch.from_numpy(span)
+                known = gap(rng, len(poses), neighbours(rng, count))
+                lengths = bones_of(poses)[1].median(0).values
+                body = poses[:, :JOINTS] - poses[:, :1]
+                answers = {
+                    "dictionary": by_dictionary(model, poses * known.unsqueeze(-1) + poses[:, :1] * (1 - known).unsqueeze(-1), known, lengths),
+                    "matrix completion": completed(body, known[:, :JOINTS]) + poses[:, :1],
+                    "straight lines": straight(poses, known),
+                }
+                for name, out in answers.items():
+                    sums[name] += errors(out, poses, known, lengths)
+            for name, (square, n, bone, m) in sums.items():
+                rmse, length = 100.0 * (square / n) ** 0.5, 100.0 * bone / m
+                run.note(f"{split_name}: {name}, {count} markers", {"rmse_cm": rmse, "bone_cm": length})
+                rows.append([count, name, f"{rmse:.2f}", f"{length:.1e}", f"{PUBLISHED_BONE_CM:.0e}" if name == "dictionary" else ""])
+        header = ["markers missing in 40 % of frames", "method", "RMSE, cm", "bone length error, cm", "published bone error, cm"]
+        parts.append(f"{split_name} recordings\n\n" + table(header, rows))
+    return "\n\n".join(parts)
