@@ -26,6 +26,7 @@ mod refused;
 mod tensors;
 mod trial;
 mod windows;
+mod wire;
 
 pub use agreement::{Agreement, agreement};
 pub use backend::{Runtime, onnx_runtime};

@@ -27,6 +27,8 @@ pub struct Config {
     pub calibration: crate::room::CalibrationConfig,
     /// When a sensor counts as moved.
     pub drift: crate::drift::Config,
+    /// Where models come from that fill in what no sensor sees, and what runs them.
+    pub models: posefuse_models::Config,
     /// The fusion engine.
     pub fusion: posefuse_fusion::Config,
 }
@@ -42,6 +44,7 @@ impl Default for Config {
             takes: Default::default(),
             calibration: Default::default(),
             drift: Default::default(),
+            models: Default::default(),
             fusion: Default::default(),
         }
     }

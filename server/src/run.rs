@@ -16,6 +16,7 @@ use crate::drift::{self, Drift};
 use crate::fusion_thread::{self, Command, Fusion};
 use crate::ingest::{IngestService, Registry};
 use crate::net;
+use crate::repair::Repair;
 use crate::room::{CalibrationStore, Noted, Room, RoomService, Takes, watch_over};
 use crate::{Clock, Config, Listener, Parts, ServerError, SystemClock, Threads};
 
@@ -104,6 +105,11 @@ impl Running {
             .blocking(move || CalibrationStore::load(storage, &calibration, &now))
             .await?;
         let first = calibration.current().map(Input::Calibration);
+        let for_models = config.clone();
+        let model = parts
+            .threads
+            .blocking(move || Repair::open(&for_models))
+            .await?;
         let Fusion {
             inputs,
             commands,
@@ -112,9 +118,11 @@ impl Running {
             ended,
             seen,
             missed,
+            repair,
         } = fusion_thread::start(
             &config,
             first.into_iter().collect(),
+            model,
             parts.clock.clone(),
             parts.threads,
         )?;
@@ -129,6 +137,7 @@ impl Running {
             commands,
             snapshot,
             counters,
+            repair,
             places,
             connections: Arc::default(),
             calibration,

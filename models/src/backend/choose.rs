@@ -95,6 +95,7 @@ fn open(backend: &dyn Backend, file: &ModelFile, why: &str) -> Result<Chosen, Re
         runtime: runtime.to_string(),
         problem,
     };
+    crate::wire::check(file.onnx()).map_err(network)?;
     let mut session = backend.open(file.onnx()).map_err(network)?;
     check_ports(&file.manifest, &session.ports()).map_err(|problem| Refused::Ports {
         place: file.place.clone(),

@@ -43,8 +43,8 @@ def parameters(module) -> int:
     return sum(p.numel() for p in module.parameters()) + sum(b.numel() for b in module.buffers())
 
 
-def write(module, made, name: str, out: Path, trained_on: str, figures: dict[str, float]) -> None:
-    """Writes and checks the three files of one model."""
+def write(module, made, name: str, out: Path, trained_on: str, figures: dict[str, float], shrink=None) -> None:
+    """Writes and checks the three files of one model; `shrink(path)` may store the ONNX file anew before it is checked."""
     import torch
 
     out.mkdir(parents=True, exist_ok=True)
@@ -57,6 +57,8 @@ def write(module, made, name: str, out: Path, trained_on: str, figures: dict[str
         module, given, str(path), dynamo=False, opset_version=OPSET,
         input_names=names[:3], output_names=names[3:], dynamic_axes={key: {0: "N"} for key in names},
     )
+    if shrink is not None:
+        shrink(path)
     with torch.no_grad():
         filled, sigma = (tensor.numpy() for tensor in module(*given))
     compare(path, (pose, mask, age), (filled, sigma))

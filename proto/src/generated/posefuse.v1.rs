@@ -853,6 +853,38 @@ pub struct RoomStatus {
     /// The folder takes go to.
     #[prost(string, tag = "16")]
     pub take_folder: ::prost::alloc::string::String,
+    /// What fills in joints that no sensor sees.
+    #[prost(message, optional, tag = "17")]
+    pub repair: ::core::option::Option<RepairStatus>,
+}
+/// The model that fills in joints no sensor sees. The counts are since the server's start and of a model beside the
+/// engine; a simple one answers at once.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RepairStatus {
+    /// Its name; `none`: nothing is made up.
+    #[prost(string, tag = "1")]
+    pub model: ::prost::alloc::string::String,
+    /// What runs it, with version, e.g. "rten 0.27"; empty: it is one of the engine's own.
+    #[prost(string, tag = "2")]
+    pub runtime: ::prost::alloc::string::String,
+    /// Windows it was asked to fill, those that it answered in time, those whose answer came too late or that it could not
+    /// take for want of room, and those that it gave no answer to.
+    #[prost(uint64, tag = "3")]
+    pub requests: u64,
+    #[prost(uint64, tag = "4")]
+    pub answers: u64,
+    #[prost(uint64, tag = "5")]
+    pub late: u64,
+    #[prost(uint64, tag = "6")]
+    pub failed: u64,
+    /// From the question to the answer, milliseconds, of the latest ones; absent before the first.
+    #[prost(double, optional, tag = "7")]
+    pub p50_ms: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "8")]
+    pub p99_ms: ::core::option::Option<f64>,
+    /// Why the model that was asked for is not used, if so.
+    #[prost(string, tag = "9")]
+    pub trouble: ::prost::alloc::string::String,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct SinkStatus {

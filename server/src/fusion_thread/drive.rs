@@ -12,6 +12,7 @@ use super::command::{Command, WalkFrame};
 use super::meters::{Meters, Snapshot};
 use crate::drift::Tap;
 use crate::record::{Preamble, Record, RecorderTap};
+use crate::repair::Requests;
 use crate::sinks::{Counters, Subscribers};
 use crate::{Clock, Threads};
 
@@ -29,6 +30,7 @@ pub(super) struct Driver {
     recorder: Option<RecorderTap>,
     walk: Option<mpsc::Sender<WalkFrame>>,
     tap: Tap,
+    repair: Requests,
     meters: Meters,
     publish: watch::Sender<Arc<Snapshot>>,
     /// When the engine wants to be woken.
@@ -44,6 +46,7 @@ impl Driver {
         counters: Arc<Counters>,
         publish: watch::Sender<Arc<Snapshot>>,
         tap: Tap,
+        repair: Requests,
     ) -> Self {
         engine.compare_sensors(tap.compares());
         Self {
@@ -55,6 +58,7 @@ impl Driver {
             recorder: None,
             walk: None,
             tap,
+            repair,
             meters: Meters::default(),
             publish,
             wake: None,
@@ -205,8 +209,7 @@ impl Driver {
                     self.meters.rejected(&rejection);
                     self.record(|| Record::Rejection(rejection));
                 }
-                // Nobody offered a model.
-                Output::Repair(_) => {}
+                Output::Repair(request) => self.repair.ask(request),
                 Output::WakeAt(wake) => {
                     self.wake = wake;
                     break;

@@ -20,6 +20,7 @@ pub(crate) use queue::{Inputs, Pushed};
 pub(crate) use refusals::Unused;
 
 use crate::drift::{self, Seen};
+use crate::repair::{self, Meter, Repair};
 use crate::sinks::Counters;
 use crate::{Clock, ServerError, Threads};
 
@@ -35,14 +36,17 @@ pub(crate) struct Fusion {
     /// What the watch over the sensors' places lives on, and how much of it found no room.
     pub(crate) seen: mpsc::Receiver<Seen>,
     pub(crate) missed: drift::Missed,
+    /// What came of the windows that the model beside the engine was asked to fill.
+    pub(crate) repair: Arc<Meter>,
     /// Comes when the thread has ended.
     pub(crate) ended: oneshot::Receiver<()>,
 }
 
-/// Starts the thread; `first` is what the engine is to know before anything else.
+/// Starts the thread; `first` is what the engine is to know before anything else, `repair` the model beside it.
 pub(crate) fn start(
     config: &crate::Config,
-    first: Vec<Input>,
+    mut first: Vec<Input>,
+    repair: Repair,
     clock: Arc<dyn Clock>,
     threads: Threads,
 ) -> Result<Fusion, ServerError> {
@@ -54,15 +58,28 @@ pub(crate) fn start(
     let counters = Arc::new(Counters::default());
     let (tap, seen) = drift::tap(&config.drift);
     let missed = tap.missed();
-    let driver = drive::Driver::new(engine, clock, threads, counters.clone(), publish, tap);
+    let inputs = Inputs::new(input_sender, config.ingest.max_wait_ms);
+    let model = repair.for_engine();
+    first.extend(model.map(|model| Input::RepairModel(Some(model))));
+    let (requests, repair) = repair::start(repair, inputs.clone(), clock.clone(), threads)?;
+    let driver = drive::Driver::new(
+        engine,
+        clock,
+        threads,
+        counters.clone(),
+        publish,
+        tap,
+        requests,
+    );
     let ended = threads.spawn("fusion", driver.drive(first, input_queue, command_queue))?;
     Ok(Fusion {
-        inputs: Inputs::new(input_sender, config.ingest.max_wait_ms),
+        inputs,
         commands: Commands::new(command_sender),
         snapshot,
         counters,
         seen,
         missed,
+        repair,
         ended,
     })
 }

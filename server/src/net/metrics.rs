@@ -28,6 +28,9 @@ pub(super) fn text(
     sensors(&mut page, status, snapshot);
     page.total("frames", "Fused frames", snapshot.frames);
     room(&mut page, status, connections);
+    if let Some(repair) = &status.repair {
+        repaired(&mut page, repair);
+    }
     let mut text = String::new();
     // Writing to a String cannot fail.
     let _ = encode(&mut text, &page.0);
@@ -158,6 +161,46 @@ fn rejected(sensor: &v1::SensorStatus, snapshot: &Snapshot) -> BTreeMap<String, 
             .or_default() += early;
     }
     all
+}
+
+/// What the model beside the engine was asked and how it answered.
+fn repaired(page: &mut Page, repair: &v1::RepairStatus) {
+    let v1::RepairStatus { model, runtime, .. } = repair;
+    let about = vec![("model", model.clone()), ("runtime", runtime.clone())];
+    let help = "What fills in joints that no sensor sees";
+    page.values("repair_model", help, [(about, 1.0)]);
+    for (name, help, total) in [
+        (
+            "repair_requests",
+            "Windows that the repair model was asked to fill",
+            repair.requests,
+        ),
+        (
+            "repair_answers",
+            "Windows that it filled in time",
+            repair.answers,
+        ),
+        (
+            "repair_late",
+            "Windows whose answer came too late",
+            repair.late,
+        ),
+        (
+            "repair_failed",
+            "Windows that it gave no answer to",
+            repair.failed,
+        ),
+    ] {
+        page.total(name, help, total);
+    }
+    let quantile =
+        |share: &str, ms: Option<f64>| Some((vec![("quantile", share.to_owned())], ms? * 1e-3));
+    let latencies = [
+        quantile("0.5", repair.p50_ms),
+        quantile("0.99", repair.p99_ms),
+    ];
+    let help = "From the engine's question to the repair model's answer";
+    page.values("repair_seconds", help, latencies.into_iter().flatten());
 }
 
 fn room(page: &mut Page, status: &v1::RoomStatus, connections: &Connections) {

@@ -37,6 +37,7 @@ use crate::drift::Drift;
 use crate::fusion_thread::{Command, Commands, Inputs, Snapshot};
 use crate::ingest::Registry;
 use crate::net::{Connections, EncodedStream};
+use crate::repair::Meter;
 use crate::sinks::{Counters, Pace, SensorSubscriber, subscribe};
 use crate::{Clock, Threads};
 
@@ -51,6 +52,8 @@ pub(crate) struct Room {
     pub(crate) commands: Commands,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) counters: Arc<Counters>,
+    /// What came of the windows that the model beside the engine was asked to fill.
+    pub(crate) repair: Arc<Meter>,
     /// One for each subscriber there may be.
     pub(crate) places: Arc<Semaphore>,
     pub(crate) connections: Arc<Connections>,

@@ -60,6 +60,7 @@ pub(super) fn status(room: &Room) -> v1::RoomStatus {
         disk_free_bytes: room.disk_free().unwrap_or(0),
         sinks: sinks.into(),
         take_folder: room.storage.place(),
+        repair: Some(room.repair.to_wire()),
     }
 }
 
@@ -83,6 +84,7 @@ fn troubles(room: &Room, sensors: &[v1::SensorStatus]) -> Vec<String> {
         None => troubles.push(format!("the take folder {} cannot be reached", room.storage.place())),
         Some(_) => {}
     }
+    troubles.extend(room.repair.trouble());
     troubles.extend(room.takes.troubles());
     troubles
 }

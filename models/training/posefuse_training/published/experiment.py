@@ -22,6 +22,7 @@ class Experiment:
 
     name: str
     work: Path
+    data: Path
     train: Prepared
     held_out: Prepared
     unseen: Prepared
@@ -32,7 +33,7 @@ class Experiment:
         folder = work / name
         folder.mkdir(parents=True, exist_ok=True)
         parts = [Prepared.load(data, split) for split in ("train", "held_out", "unseen")]
-        return cls(name, folder, *parts, minutes)
+        return cls(name, folder, data, *parts, minutes)
 
     def tests(self) -> dict[str, Prepared]:
         """Recordings that test, by what the tables call them."""

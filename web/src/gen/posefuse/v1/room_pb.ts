@@ -14,7 +14,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file posefuse/v1/room.proto.
  */
 export const file_posefuse_v1_room: GenFile = /*@__PURE__*/
-  fileDesc("ChZwb3NlZnVzZS92MS9yb29tLnByb3RvEgtwb3NlZnVzZS52MSIjCgxXYXRjaFJlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiOwoTV2F0Y2hTZW5zb3JzUmVxdWVzdBIPCgdzZW5zb3JzGAEgAygJEhMKC21heF9yYXRlX2h6GAIgASgBIikKEldhdGNoU3RhdHVzUmVxdWVzdBITCgttYXhfcmF0ZV9oehgBIAEoASISChBHZXRTdGF0dXNSZXF1ZXN0IvgGCgxTZW5zb3JTdGF0dXMSJQoEaW5mbxgBIAEoCzIXLnBvc2VmdXNlLnYxLlNlbnNvckluZm8SJwoFc3RhdGUYAiABKA4yGC5wb3NlZnVzZS52MS5TZW5zb3JTdGF0ZRISCgpjYWxpYnJhdGVkGAMgASgIEjAKEHJvb21fZnJvbV9zZW5zb3IYBCABKAsyES5wb3NlZnVzZS52MS5Qb3NlSACIAQESGgoSZm92X2hvcml6b250YWxfZGVnGAUgASgBEhgKEGZvdl92ZXJ0aWNhbF9kZWcYBiABKAESGQoRZnJhbWVzX3Blcl9zZWNvbmQYByABKAESFwoKbGF0ZW5jeV9tcxgIIAEoAUgBiAEBEhwKD2Nsb2NrX29mZnNldF9tcxgJIAEoAUgCiAEBEhsKDmNsb2NrX2Vycm9yX21zGAogASgBSAOIAQESHAoPY2xvY2tfZHJpZnRfcHBtGAsgASgBSASIAQESFwoPZnJhbWVzX3JlY2VpdmVkGAwgASgEEhMKC2ZyYW1lc19sb3N0GA0gASgEEjkKCHJlamVjdGVkGA4gAygLMicucG9zZWZ1c2UudjEuU2Vuc29yU3RhdHVzLlJlamVjdGVkRW50cnkSDgoGYm9kaWVzGA8gASgNEhgKC3Jlc2lkdWFsX21tGBAgASgBSAWIAQESDwoHdHJvdWJsZRgRIAEoCRIVCg1hZ2VudF92ZXJzaW9uGBIgASgJEhoKDWFnZW50X2Ryb3BwZWQYEyABKARIBogBARINCgVtdXRlZBgUIAEoCBImCgVkcmlmdBgVIAEoCzISLnBvc2VmdXNlLnYxLkRyaWZ0SAeIAQESNAoMY29udHJpYnV0aW9uGBYgASgLMhkucG9zZWZ1c2UudjEuQ29udHJpYnV0aW9uSAiIAQEaLwoNUmVqZWN0ZWRFbnRyeRILCgNrZXkYASABKAkSDQoFdmFsdWUYAiABKAQ6AjgBQhMKEV9yb29tX2Zyb21fc2Vuc29yQg0KC19sYXRlbmN5X21zQhIKEF9jbG9ja19vZmZzZXRfbXNCEQoPX2Nsb2NrX2Vycm9yX21zQhIKEF9jbG9ja19kcmlmdF9wcG1CDgoMX3Jlc2lkdWFsX21tQhAKDl9hZ2VudF9kcm9wcGVkQggKBl9kcmlmdEIPCg1fY29udHJpYnV0aW9uIpMBCgVEcmlmdBITCgtyZXNpZHVhbF9tbRgBIAEoARIQCgh1c3VhbF9tbRgCIAEoARIQCghtb3ZlZF9tbRgDIAEoARIRCgltb3ZlZF9kZWcYBCABKAESFgoObW92ZWRfc2lnbWFfbW0YBSABKAESFwoPbW92ZWRfc2lnbWFfZGVnGAYgASgBEg0KBWFsYXJtGAcgASgIIrIBCgxDb250cmlidXRpb24SDgoGd2VpZ2h0GAEgASgBEhYKDnJlamVjdGVkX3NoYXJlGAIgASgBEhgKC3Jlc2lkdWFsX21tGAMgASgBSACIAQESFQoNam9pbnRfd2VpZ2h0cxgEIAMoAhIdChVqb2ludF9yZWplY3RlZF9zaGFyZXMYBSADKAISGgoSam9pbnRfcmVzaWR1YWxzX21tGAYgAygCQg4KDF9yZXNpZHVhbF9tbSLhAwoKUm9vbVN0YXR1cxIPCgd0aW1lX25zGAEgASgDEhYKDnVuaXhfb2Zmc2V0X25zGAIgASgDEhYKDnNlcnZlcl92ZXJzaW9uGAMgASgJEioKB3NlbnNvcnMYBCADKAsyGS5wb3NlZnVzZS52MS5TZW5zb3JTdGF0dXMSDgoGcGVvcGxlGAUgASgNEhkKEWZyYW1lc19wZXJfc2Vjb25kGAYgASgBEhEKCWVuZ2luZV91cxgHIAEoARIWCg5sYXRlbmN5X3A1MF9tcxgIIAEoARIWCg5sYXRlbmN5X3A5OV9tcxgJIAEoARIpCglyZWNvcmRpbmcYCiABKAsyES5wb3NlZnVzZS52MS5UYWtlSACIAQESMgoLY2FsaWJyYXRpb24YCyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgBiAEBEhMKC2NhbGlicmF0aW5nGAwgASgIEhcKD2Rpc2tfZnJlZV9ieXRlcxgNIAEoBBIQCgh0cm91YmxlcxgOIAMoCRImCgVzaW5rcxgPIAMoCzIXLnBvc2VmdXNlLnYxLlNpbmtTdGF0dXMSEwoLdGFrZV9mb2xkZXIYECABKAlCDAoKX3JlY29yZGluZ0IOCgxfY2FsaWJyYXRpb24iPgoKU2lua1N0YXR1cxIMCgRuYW1lGAEgASgJEhEKCWRlbGl2ZXJlZBgCIAEoBBIPCgdkcm9wcGVkGAMgASgEIuYBCgRUYWtlEgwKBG5hbWUYASABKAkSDQoFc2xhdGUYAiABKAkSDQoFbm90ZXMYAyABKAkSJQoFc3RhdGUYBCABKA4yFi5wb3NlZnVzZS52MS5UYWtlU3RhdGUSDwoHc3RhcnRlZBgFIAEoCRITCgtkdXJhdGlvbl9ucxgGIAEoAxISCgpzaXplX2J5dGVzGAcgASgEEg4KBmZyYW1lcxgIIAEoBBIOCgZwZW9wbGUYCSABKA0SDwoHc2Vuc29ycxgKIAMoCRIPCgdkcm9wcGVkGAsgASgEEg8KB3Ryb3VibGUYDCABKAkiPgoQU3RhcnRUYWtlUmVxdWVzdBIMCgRuYW1lGAEgASgJEg0KBXNsYXRlGAIgASgJEg0KBW5vdGVzGAMgASgJIhEKD1N0b3BUYWtlUmVxdWVzdCISChBMaXN0VGFrZXNSZXF1ZXN0IjUKEUxpc3RUYWtlc1Jlc3BvbnNlEiAKBXRha2VzGAEgAygLMhEucG9zZWZ1c2UudjEuVGFrZSJdChFVcGRhdGVUYWtlUmVxdWVzdBIMCgRuYW1lGAEgASgJEhIKBXNsYXRlGAIgASgJSACIAQESEgoFbm90ZXMYAyABKAlIAYgBAUIICgZfc2xhdGVCCAoGX25vdGVzIkIKEVJlcGxheVRha2VSZXF1ZXN0EgwKBG5hbWUYASABKAkSEAoIc3RhcnRfbnMYAiABKAMSDQoFc3BlZWQYAyABKAEirgEKC1JlcGxheUV2ZW50EhEKCW9mZnNldF9ucxgBIAEoAxIpCgVzdGFydBgCIAEoCzIYLnBvc2VmdXNlLnYxLlJlcGxheVN0YXJ0SAASJwoFZnJhbWUYAyABKAsyFi5wb3NlZnVzZS52MS5Sb29tRnJhbWVIABIvCgtvYnNlcnZhdGlvbhgEIAEoCzIYLnBvc2VmdXNlLnYxLk9ic2VydmF0aW9uSABCBwoFZXZlbnQinAEKC1JlcGxheVN0YXJ0Eh8KBHRha2UYASABKAsyES5wb3NlZnVzZS52MS5UYWtlEigKB3NlbnNvcnMYAiADKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JJbmZvEjIKC2NhbGlicmF0aW9uGAMgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAIgBAUIOCgxfY2FsaWJyYXRpb24iNAoQQ2FsaWJyYXRlUmVxdWVzdBIPCgdzZWNvbmRzGAEgASgBEg8KB2RyeV9ydW4YAiABKAgifQoOQ2FsaWJyYXRlRXZlbnQSMgoIcHJvZ3Jlc3MYASABKAsyHi5wb3NlZnVzZS52MS5DYWxpYnJhdGVQcm9ncmVzc0gAEi4KBnJlc3VsdBgCIAEoCzIcLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVJlc3VsdEgAQgcKBWV2ZW50Ip8BChFDYWxpYnJhdGVQcm9ncmVzcxIXCg9lbGFwc2VkX3NlY29uZHMYASABKAESFQoNdG90YWxfc2Vjb25kcxgCIAEoARIsCgdzZW5zb3JzGAMgAygLMhsucG9zZWZ1c2UudjEuU2Vuc29yUHJvZ3Jlc3MSDQoFc2hhcmUYBCABKAESDAoEaGludBgFIAEoCRIPCgdzb2x2aW5nGAYgASgIIscBCg5TZW5zb3JQcm9ncmVzcxIOCgZzZW5zb3IYASABKAkSDgoGZnJhbWVzGAIgASgEEg0KBWNlbGxzGAMgASgNEjcKBnNoYXJlZBgEIAMoCzInLnBvc2VmdXNlLnYxLlNlbnNvclByb2dyZXNzLlNoYXJlZEVudHJ5Eg0KBXNoYXJlGAUgASgBEg8KB2NvdmVyZWQYBiADKBEaLQoLU2hhcmVkRW50cnkSCwoDa2V5GAEgASgJEg0KBXZhbHVlGAIgASgEOgI4ASKfAgoPQ2FsaWJyYXRlUmVzdWx0EiUKB3ZlcmRpY3QYASABKA4yFC5wb3NlZnVzZS52MS5WZXJkaWN0Eg8KB3JlYXNvbnMYAiADKAkSMgoLY2FsaWJyYXRpb24YAyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgAiAEBEhAKCGluX2ZvcmNlGAQgASgIEigKBXBhaXJzGAUgAygLMhkucG9zZWZ1c2UudjEuUGFpclJlc2lkdWFsEioKB3NlbnNvcnMYBiADKAsyGS5wb3NlZnVzZS52MS5TZW5zb3JSZXN1bHQSGAoLcmF5X2JpYXNfbW0YByABKAFIAYgBAUIOCgxfY2FsaWJyYXRpb25CDgoMX3JheV9iaWFzX21tIuQBCgxTZW5zb3JSZXN1bHQSDgoGc2Vuc29yGAEgASgJEhAKCG1lZGlhbl9tGAIgASgBEg0KBXA5NV9tGAMgASgBEg8KB3NhbXBsZXMYBCABKAQSFgoOdGltZV9vZmZzZXRfbXMYBSABKAESHAoPY2xvY2tfZHJpZnRfcHBtGAYgASgBSACIAQESEgoKYm9uZV9zY2FsZRgHIAEoARIqCgVzaWdtYRgIIAEoCzIWLnBvc2VmdXNlLnYxLlBvc2VTaWdtYUgBiAEBQhIKEF9jbG9ja19kcmlmdF9wcG1CCAoGX3NpZ21hItIBCgxQYWlyUmVzaWR1YWwSCQoBYRgBIAEoCRIJCgFiGAIgASgJEhQKDGJlZm9yZV9ybXNfbRgDIAEoARIWCg5hZnRlcl9tZWRpYW5fbRgEIAEoARITCgthZnRlcl9wOTVfbRgFIAEoARIPCgdzYW1wbGVzGAYgASgEEhcKD2JlZm9yZV9tZWRpYW5fbRgHIAEoARIWCg5hZ3JlZWluZ19zaGFyZRgIIAEoARIWCg5taXJyb3JlZF9zaGFyZRgJIAEoARIPCgd3ZWFrZXN0GAogASgIIhcKFUdldENhbGlicmF0aW9uUmVxdWVzdCJGChVTZXRDYWxpYnJhdGlvblJlcXVlc3QSLQoLY2FsaWJyYXRpb24YASABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbiIZChdMaXN0Q2FsaWJyYXRpb25zUmVxdWVzdCJQChhMaXN0Q2FsaWJyYXRpb25zUmVzcG9uc2USNAoMY2FsaWJyYXRpb25zGAEgAygLMh4ucG9zZWZ1c2UudjEuU3RvcmVkQ2FsaWJyYXRpb24iiAEKEVN0b3JlZENhbGlicmF0aW9uEgwKBG5hbWUYASABKAkSEAoIaW5fZm9yY2UYAiABKAgSMgoLY2FsaWJyYXRpb24YAyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgAiAEBEg8KB3Ryb3VibGUYBCABKAlCDgoMX2NhbGlicmF0aW9uIikKGVJlc3RvcmVDYWxpYnJhdGlvblJlcXVlc3QSDAoEbmFtZRgBIAEoCSI7ChpDb21wYXJlQ2FsaWJyYXRpb25zUmVxdWVzdBIOCgZiZWZvcmUYASABKAkSDQoFYWZ0ZXIYAiABKAkiRQobQ29tcGFyZUNhbGlicmF0aW9uc1Jlc3BvbnNlEiYKBW1vdmVzGAEgAygLMhcucG9zZWZ1c2UudjEuU2Vuc29yTW92ZSKeAQoKU2Vuc29yTW92ZRIOCgZzZW5zb3IYASABKAkSFQoIbW92ZWRfbW0YAiABKAFIAIgBARIWCgltb3ZlZF9kZWcYAyABKAFIAYgBARIVCghtb3ZlZF9tcxgEIAEoAUgCiAEBEhIKCm1pc3NpbmdfaW4YBSABKAlCCwoJX21vdmVkX21tQgwKCl9tb3ZlZF9kZWdCCwoJX21vdmVkX21zIlgKGEV4cG9ydENhbGlicmF0aW9uUmVxdWVzdBIMCgRuYW1lGAEgASgJEi4KBmZvcm1hdBgCIAEoDjIeLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uRm9ybWF0IjIKD0NhbGlicmF0aW9uRmlsZRIRCglmaWxlX25hbWUYASABKAkSDAoEdGV4dBgCIAEoCSJpChhJbXBvcnRDYWxpYnJhdGlvblJlcXVlc3QSDAoEdGV4dBgBIAEoCRIuCgZmb3JtYXQYAiABKA4yHi5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkZvcm1hdBIPCgdkcnlfcnVuGAMgASgIIjsKGFJlY2FsaWJyYXRlU2Vuc29yUmVxdWVzdBIOCgZzZW5zb3IYASABKAkSDwoHZHJ5X3J1bhgCIAEoCCIyChFNdXRlU2Vuc29yUmVxdWVzdBIOCgZzZW5zb3IYASABKAkSDQoFbXV0ZWQYAiABKAgiFAoSTXV0ZVNlbnNvclJlc3BvbnNlIhIKEEdldENvbmZpZ1JlcXVlc3QiIQoRR2V0Q29uZmlnUmVzcG9uc2USDAoEdG9tbBgBIAEoCSp7CgtTZW5zb3JTdGF0ZRIcChhTRU5TT1JfU1RBVEVfVU5TUEVDSUZJRUQQABIVChFTRU5TT1JfU1RBVEVfTElWRRABEhgKFFNFTlNPUl9TVEFURV9TVEFMTEVEEAISHQoZU0VOU09SX1NUQVRFX0RJU0NPTk5FQ1RFRBADKowBCglUYWtlU3RhdGUSGgoWVEFLRV9TVEFURV9VTlNQRUNJRklFRBAAEhgKFFRBS0VfU1RBVEVfUkVDT1JESU5HEAESFwoTVEFLRV9TVEFURV9DT01QTEVURRACEhgKFFRBS0VfU1RBVEVfUkVDT1ZFUkVEEAMSFgoSVEFLRV9TVEFURV9EQU1BR0VEEAQqXAoHVmVyZGljdBIXChNWRVJESUNUX1VOU1BFQ0lGSUVEEAASEgoOVkVSRElDVF9QQVNTRUQQARIQCgxWRVJESUNUX1dFQUsQAhISCg5WRVJESUNUX0ZBSUxFRBADKrYBChFDYWxpYnJhdGlvbkZvcm1hdBIiCh5DQUxJQlJBVElPTl9GT1JNQVRfVU5TUEVDSUZJRUQQABIbChdDQUxJQlJBVElPTl9GT1JNQVRfVE9NTBABEhsKF0NBTElCUkFUSU9OX0ZPUk1BVF9KU09OEAISHwobQ0FMSUJSQVRJT05fRk9STUFUX1RGMl9ZQU1MEAMSIgoeQ0FMSUJSQVRJT05fRk9STUFUX09QRU5DVl9ZQU1MEAQyqAwKBFJvb20SPAoFV2F0Y2gSGS5wb3NlZnVzZS52MS5XYXRjaFJlcXVlc3QaFi5wb3NlZnVzZS52MS5Sb29tRnJhbWUwARJMCgxXYXRjaFNlbnNvcnMSIC5wb3NlZnVzZS52MS5XYXRjaFNlbnNvcnNSZXF1ZXN0GhgucG9zZWZ1c2UudjEuT2JzZXJ2YXRpb24wARJJCgtXYXRjaFN0YXR1cxIfLnBvc2VmdXNlLnYxLldhdGNoU3RhdHVzUmVxdWVzdBoXLnBvc2VmdXNlLnYxLlJvb21TdGF0dXMwARJDCglHZXRTdGF0dXMSHS5wb3NlZnVzZS52MS5HZXRTdGF0dXNSZXF1ZXN0GhcucG9zZWZ1c2UudjEuUm9vbVN0YXR1cxI9CglTdGFydFRha2USHS5wb3NlZnVzZS52MS5TdGFydFRha2VSZXF1ZXN0GhEucG9zZWZ1c2UudjEuVGFrZRI7CghTdG9wVGFrZRIcLnBvc2VmdXNlLnYxLlN0b3BUYWtlUmVxdWVzdBoRLnBvc2VmdXNlLnYxLlRha2USSgoJTGlzdFRha2VzEh0ucG9zZWZ1c2UudjEuTGlzdFRha2VzUmVxdWVzdBoeLnBvc2VmdXNlLnYxLkxpc3RUYWtlc1Jlc3BvbnNlEkgKClJlcGxheVRha2USHi5wb3NlZnVzZS52MS5SZXBsYXlUYWtlUmVxdWVzdBoYLnBvc2VmdXNlLnYxLlJlcGxheUV2ZW50MAESPwoKVXBkYXRlVGFrZRIeLnBvc2VmdXNlLnYxLlVwZGF0ZVRha2VSZXF1ZXN0GhEucG9zZWZ1c2UudjEuVGFrZRJJCglDYWxpYnJhdGUSHS5wb3NlZnVzZS52MS5DYWxpYnJhdGVSZXF1ZXN0GhsucG9zZWZ1c2UudjEuQ2FsaWJyYXRlRXZlbnQwARJOCg5HZXRDYWxpYnJhdGlvbhIiLnBvc2VmdXNlLnYxLkdldENhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uEk4KDlNldENhbGlicmF0aW9uEiIucG9zZWZ1c2UudjEuU2V0Q2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24SXwoQTGlzdENhbGlicmF0aW9ucxIkLnBvc2VmdXNlLnYxLkxpc3RDYWxpYnJhdGlvbnNSZXF1ZXN0GiUucG9zZWZ1c2UudjEuTGlzdENhbGlicmF0aW9uc1Jlc3BvbnNlElYKElJlc3RvcmVDYWxpYnJhdGlvbhImLnBvc2VmdXNlLnYxLlJlc3RvcmVDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJoChNDb21wYXJlQ2FsaWJyYXRpb25zEicucG9zZWZ1c2UudjEuQ29tcGFyZUNhbGlicmF0aW9uc1JlcXVlc3QaKC5wb3NlZnVzZS52MS5Db21wYXJlQ2FsaWJyYXRpb25zUmVzcG9uc2USWAoRRXhwb3J0Q2FsaWJyYXRpb24SJS5wb3NlZnVzZS52MS5FeHBvcnRDYWxpYnJhdGlvblJlcXVlc3QaHC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkZpbGUSVAoRSW1wb3J0Q2FsaWJyYXRpb24SJS5wb3NlZnVzZS52MS5JbXBvcnRDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJYChFSZWNhbGlicmF0ZVNlbnNvchIlLnBvc2VmdXNlLnYxLlJlY2FsaWJyYXRlU2Vuc29yUmVxdWVzdBocLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVJlc3VsdBJNCgpNdXRlU2Vuc29yEh4ucG9zZWZ1c2UudjEuTXV0ZVNlbnNvclJlcXVlc3QaHy5wb3NlZnVzZS52MS5NdXRlU2Vuc29yUmVzcG9uc2USSgoJR2V0Q29uZmlnEh0ucG9zZWZ1c2UudjEuR2V0Q29uZmlnUmVxdWVzdBoeLnBvc2VmdXNlLnYxLkdldENvbmZpZ1Jlc3BvbnNlYgZwcm90bzM", [file_posefuse_v1_types]);
+  fileDesc("ChZwb3NlZnVzZS92MS9yb29tLnByb3RvEgtwb3NlZnVzZS52MSIjCgxXYXRjaFJlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiOwoTV2F0Y2hTZW5zb3JzUmVxdWVzdBIPCgdzZW5zb3JzGAEgAygJEhMKC21heF9yYXRlX2h6GAIgASgBIikKEldhdGNoU3RhdHVzUmVxdWVzdBITCgttYXhfcmF0ZV9oehgBIAEoASISChBHZXRTdGF0dXNSZXF1ZXN0IvgGCgxTZW5zb3JTdGF0dXMSJQoEaW5mbxgBIAEoCzIXLnBvc2VmdXNlLnYxLlNlbnNvckluZm8SJwoFc3RhdGUYAiABKA4yGC5wb3NlZnVzZS52MS5TZW5zb3JTdGF0ZRISCgpjYWxpYnJhdGVkGAMgASgIEjAKEHJvb21fZnJvbV9zZW5zb3IYBCABKAsyES5wb3NlZnVzZS52MS5Qb3NlSACIAQESGgoSZm92X2hvcml6b250YWxfZGVnGAUgASgBEhgKEGZvdl92ZXJ0aWNhbF9kZWcYBiABKAESGQoRZnJhbWVzX3Blcl9zZWNvbmQYByABKAESFwoKbGF0ZW5jeV9tcxgIIAEoAUgBiAEBEhwKD2Nsb2NrX29mZnNldF9tcxgJIAEoAUgCiAEBEhsKDmNsb2NrX2Vycm9yX21zGAogASgBSAOIAQESHAoPY2xvY2tfZHJpZnRfcHBtGAsgASgBSASIAQESFwoPZnJhbWVzX3JlY2VpdmVkGAwgASgEEhMKC2ZyYW1lc19sb3N0GA0gASgEEjkKCHJlamVjdGVkGA4gAygLMicucG9zZWZ1c2UudjEuU2Vuc29yU3RhdHVzLlJlamVjdGVkRW50cnkSDgoGYm9kaWVzGA8gASgNEhgKC3Jlc2lkdWFsX21tGBAgASgBSAWIAQESDwoHdHJvdWJsZRgRIAEoCRIVCg1hZ2VudF92ZXJzaW9uGBIgASgJEhoKDWFnZW50X2Ryb3BwZWQYEyABKARIBogBARINCgVtdXRlZBgUIAEoCBImCgVkcmlmdBgVIAEoCzISLnBvc2VmdXNlLnYxLkRyaWZ0SAeIAQESNAoMY29udHJpYnV0aW9uGBYgASgLMhkucG9zZWZ1c2UudjEuQ29udHJpYnV0aW9uSAiIAQEaLwoNUmVqZWN0ZWRFbnRyeRILCgNrZXkYASABKAkSDQoFdmFsdWUYAiABKAQ6AjgBQhMKEV9yb29tX2Zyb21fc2Vuc29yQg0KC19sYXRlbmN5X21zQhIKEF9jbG9ja19vZmZzZXRfbXNCEQoPX2Nsb2NrX2Vycm9yX21zQhIKEF9jbG9ja19kcmlmdF9wcG1CDgoMX3Jlc2lkdWFsX21tQhAKDl9hZ2VudF9kcm9wcGVkQggKBl9kcmlmdEIPCg1fY29udHJpYnV0aW9uIpMBCgVEcmlmdBITCgtyZXNpZHVhbF9tbRgBIAEoARIQCgh1c3VhbF9tbRgCIAEoARIQCghtb3ZlZF9tbRgDIAEoARIRCgltb3ZlZF9kZWcYBCABKAESFgoObW92ZWRfc2lnbWFfbW0YBSABKAESFwoPbW92ZWRfc2lnbWFfZGVnGAYgASgBEg0KBWFsYXJtGAcgASgIIrIBCgxDb250cmlidXRpb24SDgoGd2VpZ2h0GAEgASgBEhYKDnJlamVjdGVkX3NoYXJlGAIgASgBEhgKC3Jlc2lkdWFsX21tGAMgASgBSACIAQESFQoNam9pbnRfd2VpZ2h0cxgEIAMoAhIdChVqb2ludF9yZWplY3RlZF9zaGFyZXMYBSADKAISGgoSam9pbnRfcmVzaWR1YWxzX21tGAYgAygCQg4KDF9yZXNpZHVhbF9tbSKMBAoKUm9vbVN0YXR1cxIPCgd0aW1lX25zGAEgASgDEhYKDnVuaXhfb2Zmc2V0X25zGAIgASgDEhYKDnNlcnZlcl92ZXJzaW9uGAMgASgJEioKB3NlbnNvcnMYBCADKAsyGS5wb3NlZnVzZS52MS5TZW5zb3JTdGF0dXMSDgoGcGVvcGxlGAUgASgNEhkKEWZyYW1lc19wZXJfc2Vjb25kGAYgASgBEhEKCWVuZ2luZV91cxgHIAEoARIWCg5sYXRlbmN5X3A1MF9tcxgIIAEoARIWCg5sYXRlbmN5X3A5OV9tcxgJIAEoARIpCglyZWNvcmRpbmcYCiABKAsyES5wb3NlZnVzZS52MS5UYWtlSACIAQESMgoLY2FsaWJyYXRpb24YCyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgBiAEBEhMKC2NhbGlicmF0aW5nGAwgASgIEhcKD2Rpc2tfZnJlZV9ieXRlcxgNIAEoBBIQCgh0cm91YmxlcxgOIAMoCRImCgVzaW5rcxgPIAMoCzIXLnBvc2VmdXNlLnYxLlNpbmtTdGF0dXMSEwoLdGFrZV9mb2xkZXIYECABKAkSKQoGcmVwYWlyGBEgASgLMhkucG9zZWZ1c2UudjEuUmVwYWlyU3RhdHVzQgwKCl9yZWNvcmRpbmdCDgoMX2NhbGlicmF0aW9uIsABCgxSZXBhaXJTdGF0dXMSDQoFbW9kZWwYASABKAkSDwoHcnVudGltZRgCIAEoCRIQCghyZXF1ZXN0cxgDIAEoBBIPCgdhbnN3ZXJzGAQgASgEEgwKBGxhdGUYBSABKAQSDgoGZmFpbGVkGAYgASgEEhMKBnA1MF9tcxgHIAEoAUgAiAEBEhMKBnA5OV9tcxgIIAEoAUgBiAEBEg8KB3Ryb3VibGUYCSABKAlCCQoHX3A1MF9tc0IJCgdfcDk5X21zIj4KClNpbmtTdGF0dXMSDAoEbmFtZRgBIAEoCRIRCglkZWxpdmVyZWQYAiABKAQSDwoHZHJvcHBlZBgDIAEoBCLmAQoEVGFrZRIMCgRuYW1lGAEgASgJEg0KBXNsYXRlGAIgASgJEg0KBW5vdGVzGAMgASgJEiUKBXN0YXRlGAQgASgOMhYucG9zZWZ1c2UudjEuVGFrZVN0YXRlEg8KB3N0YXJ0ZWQYBSABKAkSEwoLZHVyYXRpb25fbnMYBiABKAMSEgoKc2l6ZV9ieXRlcxgHIAEoBBIOCgZmcmFtZXMYCCABKAQSDgoGcGVvcGxlGAkgASgNEg8KB3NlbnNvcnMYCiADKAkSDwoHZHJvcHBlZBgLIAEoBBIPCgd0cm91YmxlGAwgASgJIj4KEFN0YXJ0VGFrZVJlcXVlc3QSDAoEbmFtZRgBIAEoCRINCgVzbGF0ZRgCIAEoCRINCgVub3RlcxgDIAEoCSIRCg9TdG9wVGFrZVJlcXVlc3QiEgoQTGlzdFRha2VzUmVxdWVzdCI1ChFMaXN0VGFrZXNSZXNwb25zZRIgCgV0YWtlcxgBIAMoCzIRLnBvc2VmdXNlLnYxLlRha2UiXQoRVXBkYXRlVGFrZVJlcXVlc3QSDAoEbmFtZRgBIAEoCRISCgVzbGF0ZRgCIAEoCUgAiAEBEhIKBW5vdGVzGAMgASgJSAGIAQFCCAoGX3NsYXRlQggKBl9ub3RlcyJCChFSZXBsYXlUYWtlUmVxdWVzdBIMCgRuYW1lGAEgASgJEhAKCHN0YXJ0X25zGAIgASgDEg0KBXNwZWVkGAMgASgBIq4BCgtSZXBsYXlFdmVudBIRCglvZmZzZXRfbnMYASABKAMSKQoFc3RhcnQYAiABKAsyGC5wb3NlZnVzZS52MS5SZXBsYXlTdGFydEgAEicKBWZyYW1lGAMgASgLMhYucG9zZWZ1c2UudjEuUm9vbUZyYW1lSAASLwoLb2JzZXJ2YXRpb24YBCABKAsyGC5wb3NlZnVzZS52MS5PYnNlcnZhdGlvbkgAQgcKBWV2ZW50IpwBCgtSZXBsYXlTdGFydBIfCgR0YWtlGAEgASgLMhEucG9zZWZ1c2UudjEuVGFrZRIoCgdzZW5zb3JzGAIgAygLMhcucG9zZWZ1c2UudjEuU2Vuc29ySW5mbxIyCgtjYWxpYnJhdGlvbhgDIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uSACIAQFCDgoMX2NhbGlicmF0aW9uIjQKEENhbGlicmF0ZVJlcXVlc3QSDwoHc2Vjb25kcxgBIAEoARIPCgdkcnlfcnVuGAIgASgIIn0KDkNhbGlicmF0ZUV2ZW50EjIKCHByb2dyZXNzGAEgASgLMh4ucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUHJvZ3Jlc3NIABIuCgZyZXN1bHQYAiABKAsyHC5wb3NlZnVzZS52MS5DYWxpYnJhdGVSZXN1bHRIAEIHCgVldmVudCKfAQoRQ2FsaWJyYXRlUHJvZ3Jlc3MSFwoPZWxhcHNlZF9zZWNvbmRzGAEgASgBEhUKDXRvdGFsX3NlY29uZHMYAiABKAESLAoHc2Vuc29ycxgDIAMoCzIbLnBvc2VmdXNlLnYxLlNlbnNvclByb2dyZXNzEg0KBXNoYXJlGAQgASgBEgwKBGhpbnQYBSABKAkSDwoHc29sdmluZxgGIAEoCCLHAQoOU2Vuc29yUHJvZ3Jlc3MSDgoGc2Vuc29yGAEgASgJEg4KBmZyYW1lcxgCIAEoBBINCgVjZWxscxgDIAEoDRI3CgZzaGFyZWQYBCADKAsyJy5wb3NlZnVzZS52MS5TZW5zb3JQcm9ncmVzcy5TaGFyZWRFbnRyeRINCgVzaGFyZRgFIAEoARIPCgdjb3ZlcmVkGAYgAygRGi0KC1NoYXJlZEVudHJ5EgsKA2tleRgBIAEoCRINCgV2YWx1ZRgCIAEoBDoCOAEinwIKD0NhbGlicmF0ZVJlc3VsdBIlCgd2ZXJkaWN0GAEgASgOMhQucG9zZWZ1c2UudjEuVmVyZGljdBIPCgdyZWFzb25zGAIgAygJEjIKC2NhbGlicmF0aW9uGAMgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAIgBARIQCghpbl9mb3JjZRgEIAEoCBIoCgVwYWlycxgFIAMoCzIZLnBvc2VmdXNlLnYxLlBhaXJSZXNpZHVhbBIqCgdzZW5zb3JzGAYgAygLMhkucG9zZWZ1c2UudjEuU2Vuc29yUmVzdWx0EhgKC3JheV9iaWFzX21tGAcgASgBSAGIAQFCDgoMX2NhbGlicmF0aW9uQg4KDF9yYXlfYmlhc19tbSLkAQoMU2Vuc29yUmVzdWx0Eg4KBnNlbnNvchgBIAEoCRIQCghtZWRpYW5fbRgCIAEoARINCgVwOTVfbRgDIAEoARIPCgdzYW1wbGVzGAQgASgEEhYKDnRpbWVfb2Zmc2V0X21zGAUgASgBEhwKD2Nsb2NrX2RyaWZ0X3BwbRgGIAEoAUgAiAEBEhIKCmJvbmVfc2NhbGUYByABKAESKgoFc2lnbWEYCCABKAsyFi5wb3NlZnVzZS52MS5Qb3NlU2lnbWFIAYgBAUISChBfY2xvY2tfZHJpZnRfcHBtQggKBl9zaWdtYSLSAQoMUGFpclJlc2lkdWFsEgkKAWEYASABKAkSCQoBYhgCIAEoCRIUCgxiZWZvcmVfcm1zX20YAyABKAESFgoOYWZ0ZXJfbWVkaWFuX20YBCABKAESEwoLYWZ0ZXJfcDk1X20YBSABKAESDwoHc2FtcGxlcxgGIAEoBBIXCg9iZWZvcmVfbWVkaWFuX20YByABKAESFgoOYWdyZWVpbmdfc2hhcmUYCCABKAESFgoObWlycm9yZWRfc2hhcmUYCSABKAESDwoHd2Vha2VzdBgKIAEoCCIXChVHZXRDYWxpYnJhdGlvblJlcXVlc3QiRgoVU2V0Q2FsaWJyYXRpb25SZXF1ZXN0Ei0KC2NhbGlicmF0aW9uGAEgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24iGQoXTGlzdENhbGlicmF0aW9uc1JlcXVlc3QiUAoYTGlzdENhbGlicmF0aW9uc1Jlc3BvbnNlEjQKDGNhbGlicmF0aW9ucxgBIAMoCzIeLnBvc2VmdXNlLnYxLlN0b3JlZENhbGlicmF0aW9uIogBChFTdG9yZWRDYWxpYnJhdGlvbhIMCgRuYW1lGAEgASgJEhAKCGluX2ZvcmNlGAIgASgIEjIKC2NhbGlicmF0aW9uGAMgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAIgBARIPCgd0cm91YmxlGAQgASgJQg4KDF9jYWxpYnJhdGlvbiIpChlSZXN0b3JlQ2FsaWJyYXRpb25SZXF1ZXN0EgwKBG5hbWUYASABKAkiOwoaQ29tcGFyZUNhbGlicmF0aW9uc1JlcXVlc3QSDgoGYmVmb3JlGAEgASgJEg0KBWFmdGVyGAIgASgJIkUKG0NvbXBhcmVDYWxpYnJhdGlvbnNSZXNwb25zZRImCgVtb3ZlcxgBIAMoCzIXLnBvc2VmdXNlLnYxLlNlbnNvck1vdmUingEKClNlbnNvck1vdmUSDgoGc2Vuc29yGAEgASgJEhUKCG1vdmVkX21tGAIgASgBSACIAQESFgoJbW92ZWRfZGVnGAMgASgBSAGIAQESFQoIbW92ZWRfbXMYBCABKAFIAogBARISCgptaXNzaW5nX2luGAUgASgJQgsKCV9tb3ZlZF9tbUIMCgpfbW92ZWRfZGVnQgsKCV9tb3ZlZF9tcyJYChhFeHBvcnRDYWxpYnJhdGlvblJlcXVlc3QSDAoEbmFtZRgBIAEoCRIuCgZmb3JtYXQYAiABKA4yHi5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkZvcm1hdCIyCg9DYWxpYnJhdGlvbkZpbGUSEQoJZmlsZV9uYW1lGAEgASgJEgwKBHRleHQYAiABKAkiaQoYSW1wb3J0Q2FsaWJyYXRpb25SZXF1ZXN0EgwKBHRleHQYASABKAkSLgoGZm9ybWF0GAIgASgOMh4ucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25Gb3JtYXQSDwoHZHJ5X3J1bhgDIAEoCCI7ChhSZWNhbGlicmF0ZVNlbnNvclJlcXVlc3QSDgoGc2Vuc29yGAEgASgJEg8KB2RyeV9ydW4YAiABKAgiMgoRTXV0ZVNlbnNvclJlcXVlc3QSDgoGc2Vuc29yGAEgASgJEg0KBW11dGVkGAIgASgIIhQKEk11dGVTZW5zb3JSZXNwb25zZSISChBHZXRDb25maWdSZXF1ZXN0IiEKEUdldENvbmZpZ1Jlc3BvbnNlEgwKBHRvbWwYASABKAkqewoLU2Vuc29yU3RhdGUSHAoYU0VOU09SX1NUQVRFX1VOU1BFQ0lGSUVEEAASFQoRU0VOU09SX1NUQVRFX0xJVkUQARIYChRTRU5TT1JfU1RBVEVfU1RBTExFRBACEh0KGVNFTlNPUl9TVEFURV9ESVNDT05ORUNURUQQAyqMAQoJVGFrZVN0YXRlEhoKFlRBS0VfU1RBVEVfVU5TUEVDSUZJRUQQABIYChRUQUtFX1NUQVRFX1JFQ09SRElORxABEhcKE1RBS0VfU1RBVEVfQ09NUExFVEUQAhIYChRUQUtFX1NUQVRFX1JFQ09WRVJFRBADEhYKElRBS0VfU1RBVEVfREFNQUdFRBAEKlwKB1ZlcmRpY3QSFwoTVkVSRElDVF9VTlNQRUNJRklFRBAAEhIKDlZFUkRJQ1RfUEFTU0VEEAESEAoMVkVSRElDVF9XRUFLEAISEgoOVkVSRElDVF9GQUlMRUQQAyq2AQoRQ2FsaWJyYXRpb25Gb3JtYXQSIgoeQ0FMSUJSQVRJT05fRk9STUFUX1VOU1BFQ0lGSUVEEAASGwoXQ0FMSUJSQVRJT05fRk9STUFUX1RPTUwQARIbChdDQUxJQlJBVElPTl9GT1JNQVRfSlNPThACEh8KG0NBTElCUkFUSU9OX0ZPUk1BVF9URjJfWUFNTBADEiIKHkNBTElCUkFUSU9OX0ZPUk1BVF9PUEVOQ1ZfWUFNTBAEMqgMCgRSb29tEjwKBVdhdGNoEhkucG9zZWZ1c2UudjEuV2F0Y2hSZXF1ZXN0GhYucG9zZWZ1c2UudjEuUm9vbUZyYW1lMAESTAoMV2F0Y2hTZW5zb3JzEiAucG9zZWZ1c2UudjEuV2F0Y2hTZW5zb3JzUmVxdWVzdBoYLnBvc2VmdXNlLnYxLk9ic2VydmF0aW9uMAESSQoLV2F0Y2hTdGF0dXMSHy5wb3NlZnVzZS52MS5XYXRjaFN0YXR1c1JlcXVlc3QaFy5wb3NlZnVzZS52MS5Sb29tU3RhdHVzMAESQwoJR2V0U3RhdHVzEh0ucG9zZWZ1c2UudjEuR2V0U3RhdHVzUmVxdWVzdBoXLnBvc2VmdXNlLnYxLlJvb21TdGF0dXMSPQoJU3RhcnRUYWtlEh0ucG9zZWZ1c2UudjEuU3RhcnRUYWtlUmVxdWVzdBoRLnBvc2VmdXNlLnYxLlRha2USOwoIU3RvcFRha2USHC5wb3NlZnVzZS52MS5TdG9wVGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEkoKCUxpc3RUYWtlcxIdLnBvc2VmdXNlLnYxLkxpc3RUYWtlc1JlcXVlc3QaHi5wb3NlZnVzZS52MS5MaXN0VGFrZXNSZXNwb25zZRJICgpSZXBsYXlUYWtlEh4ucG9zZWZ1c2UudjEuUmVwbGF5VGFrZVJlcXVlc3QaGC5wb3NlZnVzZS52MS5SZXBsYXlFdmVudDABEj8KClVwZGF0ZVRha2USHi5wb3NlZnVzZS52MS5VcGRhdGVUYWtlUmVxdWVzdBoRLnBvc2VmdXNlLnYxLlRha2USSQoJQ2FsaWJyYXRlEh0ucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUmVxdWVzdBobLnBvc2VmdXNlLnYxLkNhbGlicmF0ZUV2ZW50MAESTgoOR2V0Q2FsaWJyYXRpb24SIi5wb3NlZnVzZS52MS5HZXRDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJOCg5TZXRDYWxpYnJhdGlvbhIiLnBvc2VmdXNlLnYxLlNldENhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uEl8KEExpc3RDYWxpYnJhdGlvbnMSJC5wb3NlZnVzZS52MS5MaXN0Q2FsaWJyYXRpb25zUmVxdWVzdBolLnBvc2VmdXNlLnYxLkxpc3RDYWxpYnJhdGlvbnNSZXNwb25zZRJWChJSZXN0b3JlQ2FsaWJyYXRpb24SJi5wb3NlZnVzZS52MS5SZXN0b3JlQ2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24SaAoTQ29tcGFyZUNhbGlicmF0aW9ucxInLnBvc2VmdXNlLnYxLkNvbXBhcmVDYWxpYnJhdGlvbnNSZXF1ZXN0GigucG9zZWZ1c2UudjEuQ29tcGFyZUNhbGlicmF0aW9uc1Jlc3BvbnNlElgKEUV4cG9ydENhbGlicmF0aW9uEiUucG9zZWZ1c2UudjEuRXhwb3J0Q2FsaWJyYXRpb25SZXF1ZXN0GhwucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25GaWxlElQKEUltcG9ydENhbGlicmF0aW9uEiUucG9zZWZ1c2UudjEuSW1wb3J0Q2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24SWAoRUmVjYWxpYnJhdGVTZW5zb3ISJS5wb3NlZnVzZS52MS5SZWNhbGlicmF0ZVNlbnNvclJlcXVlc3QaHC5wb3NlZnVzZS52MS5DYWxpYnJhdGVSZXN1bHQSTQoKTXV0ZVNlbnNvchIeLnBvc2VmdXNlLnYxLk11dGVTZW5zb3JSZXF1ZXN0Gh8ucG9zZWZ1c2UudjEuTXV0ZVNlbnNvclJlc3BvbnNlEkoKCUdldENvbmZpZxIdLnBvc2VmdXNlLnYxLkdldENvbmZpZ1JlcXVlc3QaHi5wb3NlZnVzZS52MS5HZXRDb25maWdSZXNwb25zZWIGcHJvdG8z", [file_posefuse_v1_types]);
 
 /**
  * @generated from message posefuse.v1.WatchRequest
@@ -453,6 +453,13 @@ export type RoomStatus = Message<"posefuse.v1.RoomStatus"> & {
    * @generated from field: string take_folder = 16;
    */
   takeFolder: string;
+
+  /**
+   * What fills in joints that no sensor sees.
+   *
+   * @generated from field: posefuse.v1.RepairStatus repair = 17;
+   */
+  repair?: RepairStatus | undefined;
 };
 
 /**
@@ -461,6 +468,77 @@ export type RoomStatus = Message<"posefuse.v1.RoomStatus"> & {
  */
 export const RoomStatusSchema: GenMessage<RoomStatus> = /*@__PURE__*/
   messageDesc(file_posefuse_v1_room, 7);
+
+/**
+ * The model that fills in joints no sensor sees. The counts are since the server's start and of a model beside the
+ * engine; a simple one answers at once.
+ *
+ * @generated from message posefuse.v1.RepairStatus
+ */
+export type RepairStatus = Message<"posefuse.v1.RepairStatus"> & {
+  /**
+   * Its name; `none`: nothing is made up.
+   *
+   * @generated from field: string model = 1;
+   */
+  model: string;
+
+  /**
+   * What runs it, with version, e.g. "rten 0.27"; empty: it is one of the engine's own.
+   *
+   * @generated from field: string runtime = 2;
+   */
+  runtime: string;
+
+  /**
+   * Windows it was asked to fill, those that it answered in time, those whose answer came too late or that it could not
+   * take for want of room, and those that it gave no answer to.
+   *
+   * @generated from field: uint64 requests = 3;
+   */
+  requests: bigint;
+
+  /**
+   * @generated from field: uint64 answers = 4;
+   */
+  answers: bigint;
+
+  /**
+   * @generated from field: uint64 late = 5;
+   */
+  late: bigint;
+
+  /**
+   * @generated from field: uint64 failed = 6;
+   */
+  failed: bigint;
+
+  /**
+   * From the question to the answer, milliseconds, of the latest ones; absent before the first.
+   *
+   * @generated from field: optional double p50_ms = 7;
+   */
+  p50Ms?: number | undefined;
+
+  /**
+   * @generated from field: optional double p99_ms = 8;
+   */
+  p99Ms?: number | undefined;
+
+  /**
+   * Why the model that was asked for is not used, if so.
+   *
+   * @generated from field: string trouble = 9;
+   */
+  trouble: string;
+};
+
+/**
+ * Describes the message posefuse.v1.RepairStatus.
+ * Use `create(RepairStatusSchema)` to create a new message.
+ */
+export const RepairStatusSchema: GenMessage<RepairStatus> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 8);
 
 /**
  * @generated from message posefuse.v1.SinkStatus
@@ -487,7 +565,7 @@ export type SinkStatus = Message<"posefuse.v1.SinkStatus"> & {
  * Use `create(SinkStatusSchema)` to create a new message.
  */
 export const SinkStatusSchema: GenMessage<SinkStatus> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 8);
+  messageDesc(file_posefuse_v1_room, 9);
 
 /**
  * @generated from message posefuse.v1.Take
@@ -567,7 +645,7 @@ export type Take = Message<"posefuse.v1.Take"> & {
  * Use `create(TakeSchema)` to create a new message.
  */
 export const TakeSchema: GenMessage<Take> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 9);
+  messageDesc(file_posefuse_v1_room, 10);
 
 /**
  * @generated from message posefuse.v1.StartTakeRequest
@@ -596,7 +674,7 @@ export type StartTakeRequest = Message<"posefuse.v1.StartTakeRequest"> & {
  * Use `create(StartTakeRequestSchema)` to create a new message.
  */
 export const StartTakeRequestSchema: GenMessage<StartTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 10);
+  messageDesc(file_posefuse_v1_room, 11);
 
 /**
  * @generated from message posefuse.v1.StopTakeRequest
@@ -609,7 +687,7 @@ export type StopTakeRequest = Message<"posefuse.v1.StopTakeRequest"> & {
  * Use `create(StopTakeRequestSchema)` to create a new message.
  */
 export const StopTakeRequestSchema: GenMessage<StopTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 11);
+  messageDesc(file_posefuse_v1_room, 12);
 
 /**
  * @generated from message posefuse.v1.ListTakesRequest
@@ -622,7 +700,7 @@ export type ListTakesRequest = Message<"posefuse.v1.ListTakesRequest"> & {
  * Use `create(ListTakesRequestSchema)` to create a new message.
  */
 export const ListTakesRequestSchema: GenMessage<ListTakesRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 12);
+  messageDesc(file_posefuse_v1_room, 13);
 
 /**
  * @generated from message posefuse.v1.ListTakesResponse
@@ -639,7 +717,7 @@ export type ListTakesResponse = Message<"posefuse.v1.ListTakesResponse"> & {
  * Use `create(ListTakesResponseSchema)` to create a new message.
  */
 export const ListTakesResponseSchema: GenMessage<ListTakesResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 13);
+  messageDesc(file_posefuse_v1_room, 14);
 
 /**
  * @generated from message posefuse.v1.UpdateTakeRequest
@@ -666,7 +744,7 @@ export type UpdateTakeRequest = Message<"posefuse.v1.UpdateTakeRequest"> & {
  * Use `create(UpdateTakeRequestSchema)` to create a new message.
  */
 export const UpdateTakeRequestSchema: GenMessage<UpdateTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 14);
+  messageDesc(file_posefuse_v1_room, 15);
 
 /**
  * @generated from message posefuse.v1.ReplayTakeRequest
@@ -697,7 +775,7 @@ export type ReplayTakeRequest = Message<"posefuse.v1.ReplayTakeRequest"> & {
  * Use `create(ReplayTakeRequestSchema)` to create a new message.
  */
 export const ReplayTakeRequestSchema: GenMessage<ReplayTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 15);
+  messageDesc(file_posefuse_v1_room, 16);
 
 /**
  * @generated from message posefuse.v1.ReplayEvent
@@ -741,7 +819,7 @@ export type ReplayEvent = Message<"posefuse.v1.ReplayEvent"> & {
  * Use `create(ReplayEventSchema)` to create a new message.
  */
 export const ReplayEventSchema: GenMessage<ReplayEvent> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 16);
+  messageDesc(file_posefuse_v1_room, 17);
 
 /**
  * @generated from message posefuse.v1.ReplayStart
@@ -768,7 +846,7 @@ export type ReplayStart = Message<"posefuse.v1.ReplayStart"> & {
  * Use `create(ReplayStartSchema)` to create a new message.
  */
 export const ReplayStartSchema: GenMessage<ReplayStart> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 17);
+  messageDesc(file_posefuse_v1_room, 18);
 
 /**
  * @generated from message posefuse.v1.CalibrateRequest
@@ -794,7 +872,7 @@ export type CalibrateRequest = Message<"posefuse.v1.CalibrateRequest"> & {
  * Use `create(CalibrateRequestSchema)` to create a new message.
  */
 export const CalibrateRequestSchema: GenMessage<CalibrateRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 18);
+  messageDesc(file_posefuse_v1_room, 19);
 
 /**
  * @generated from message posefuse.v1.CalibrateEvent
@@ -823,7 +901,7 @@ export type CalibrateEvent = Message<"posefuse.v1.CalibrateEvent"> & {
  * Use `create(CalibrateEventSchema)` to create a new message.
  */
 export const CalibrateEventSchema: GenMessage<CalibrateEvent> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 19);
+  messageDesc(file_posefuse_v1_room, 20);
 
 /**
  * @generated from message posefuse.v1.CalibrateProgress
@@ -871,7 +949,7 @@ export type CalibrateProgress = Message<"posefuse.v1.CalibrateProgress"> & {
  * Use `create(CalibrateProgressSchema)` to create a new message.
  */
 export const CalibrateProgressSchema: GenMessage<CalibrateProgress> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 20);
+  messageDesc(file_posefuse_v1_room, 21);
 
 /**
  * @generated from message posefuse.v1.SensorProgress
@@ -923,7 +1001,7 @@ export type SensorProgress = Message<"posefuse.v1.SensorProgress"> & {
  * Use `create(SensorProgressSchema)` to create a new message.
  */
 export const SensorProgressSchema: GenMessage<SensorProgress> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 21);
+  messageDesc(file_posefuse_v1_room, 22);
 
 /**
  * @generated from message posefuse.v1.CalibrateResult
@@ -978,7 +1056,7 @@ export type CalibrateResult = Message<"posefuse.v1.CalibrateResult"> & {
  * Use `create(CalibrateResultSchema)` to create a new message.
  */
 export const CalibrateResultSchema: GenMessage<CalibrateResult> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 22);
+  messageDesc(file_posefuse_v1_room, 23);
 
 /**
  * One sensor of a calibration, on held-out frames.
@@ -1038,7 +1116,7 @@ export type SensorResult = Message<"posefuse.v1.SensorResult"> & {
  * Use `create(SensorResultSchema)` to create a new message.
  */
 export const SensorResultSchema: GenMessage<SensorResult> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 23);
+  messageDesc(file_posefuse_v1_room, 24);
 
 /**
  * How far two sensors' joints lie apart on held-out frames: before, both sensors taken to stand in the same place;
@@ -1107,7 +1185,7 @@ export type PairResidual = Message<"posefuse.v1.PairResidual"> & {
  * Use `create(PairResidualSchema)` to create a new message.
  */
 export const PairResidualSchema: GenMessage<PairResidual> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 24);
+  messageDesc(file_posefuse_v1_room, 25);
 
 /**
  * @generated from message posefuse.v1.GetCalibrationRequest
@@ -1120,7 +1198,7 @@ export type GetCalibrationRequest = Message<"posefuse.v1.GetCalibrationRequest">
  * Use `create(GetCalibrationRequestSchema)` to create a new message.
  */
 export const GetCalibrationRequestSchema: GenMessage<GetCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 25);
+  messageDesc(file_posefuse_v1_room, 26);
 
 /**
  * @generated from message posefuse.v1.SetCalibrationRequest
@@ -1137,7 +1215,7 @@ export type SetCalibrationRequest = Message<"posefuse.v1.SetCalibrationRequest">
  * Use `create(SetCalibrationRequestSchema)` to create a new message.
  */
 export const SetCalibrationRequestSchema: GenMessage<SetCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 26);
+  messageDesc(file_posefuse_v1_room, 27);
 
 /**
  * @generated from message posefuse.v1.ListCalibrationsRequest
@@ -1150,7 +1228,7 @@ export type ListCalibrationsRequest = Message<"posefuse.v1.ListCalibrationsReque
  * Use `create(ListCalibrationsRequestSchema)` to create a new message.
  */
 export const ListCalibrationsRequestSchema: GenMessage<ListCalibrationsRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 27);
+  messageDesc(file_posefuse_v1_room, 28);
 
 /**
  * @generated from message posefuse.v1.ListCalibrationsResponse
@@ -1167,7 +1245,7 @@ export type ListCalibrationsResponse = Message<"posefuse.v1.ListCalibrationsResp
  * Use `create(ListCalibrationsResponseSchema)` to create a new message.
  */
 export const ListCalibrationsResponseSchema: GenMessage<ListCalibrationsResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 28);
+  messageDesc(file_posefuse_v1_room, 29);
 
 /**
  * @generated from message posefuse.v1.StoredCalibration
@@ -1203,7 +1281,7 @@ export type StoredCalibration = Message<"posefuse.v1.StoredCalibration"> & {
  * Use `create(StoredCalibrationSchema)` to create a new message.
  */
 export const StoredCalibrationSchema: GenMessage<StoredCalibration> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 29);
+  messageDesc(file_posefuse_v1_room, 30);
 
 /**
  * @generated from message posefuse.v1.RestoreCalibrationRequest
@@ -1220,7 +1298,7 @@ export type RestoreCalibrationRequest = Message<"posefuse.v1.RestoreCalibrationR
  * Use `create(RestoreCalibrationRequestSchema)` to create a new message.
  */
 export const RestoreCalibrationRequestSchema: GenMessage<RestoreCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 30);
+  messageDesc(file_posefuse_v1_room, 31);
 
 /**
  * @generated from message posefuse.v1.CompareCalibrationsRequest
@@ -1244,7 +1322,7 @@ export type CompareCalibrationsRequest = Message<"posefuse.v1.CompareCalibration
  * Use `create(CompareCalibrationsRequestSchema)` to create a new message.
  */
 export const CompareCalibrationsRequestSchema: GenMessage<CompareCalibrationsRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 31);
+  messageDesc(file_posefuse_v1_room, 32);
 
 /**
  * @generated from message posefuse.v1.CompareCalibrationsResponse
@@ -1261,7 +1339,7 @@ export type CompareCalibrationsResponse = Message<"posefuse.v1.CompareCalibratio
  * Use `create(CompareCalibrationsResponseSchema)` to create a new message.
  */
 export const CompareCalibrationsResponseSchema: GenMessage<CompareCalibrationsResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 32);
+  messageDesc(file_posefuse_v1_room, 33);
 
 /**
  * How far a sensor stands from where another calibration has it, both rooms laid over each other as well as they fit.
@@ -1304,7 +1382,7 @@ export type SensorMove = Message<"posefuse.v1.SensorMove"> & {
  * Use `create(SensorMoveSchema)` to create a new message.
  */
 export const SensorMoveSchema: GenMessage<SensorMove> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 33);
+  messageDesc(file_posefuse_v1_room, 34);
 
 /**
  * @generated from message posefuse.v1.ExportCalibrationRequest
@@ -1328,7 +1406,7 @@ export type ExportCalibrationRequest = Message<"posefuse.v1.ExportCalibrationReq
  * Use `create(ExportCalibrationRequestSchema)` to create a new message.
  */
 export const ExportCalibrationRequestSchema: GenMessage<ExportCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 34);
+  messageDesc(file_posefuse_v1_room, 35);
 
 /**
  * @generated from message posefuse.v1.CalibrationFile
@@ -1352,7 +1430,7 @@ export type CalibrationFile = Message<"posefuse.v1.CalibrationFile"> & {
  * Use `create(CalibrationFileSchema)` to create a new message.
  */
 export const CalibrationFileSchema: GenMessage<CalibrationFile> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 35);
+  messageDesc(file_posefuse_v1_room, 36);
 
 /**
  * @generated from message posefuse.v1.ImportCalibrationRequest
@@ -1383,7 +1461,7 @@ export type ImportCalibrationRequest = Message<"posefuse.v1.ImportCalibrationReq
  * Use `create(ImportCalibrationRequestSchema)` to create a new message.
  */
 export const ImportCalibrationRequestSchema: GenMessage<ImportCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 36);
+  messageDesc(file_posefuse_v1_room, 37);
 
 /**
  * @generated from message posefuse.v1.RecalibrateSensorRequest
@@ -1405,7 +1483,7 @@ export type RecalibrateSensorRequest = Message<"posefuse.v1.RecalibrateSensorReq
  * Use `create(RecalibrateSensorRequestSchema)` to create a new message.
  */
 export const RecalibrateSensorRequestSchema: GenMessage<RecalibrateSensorRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 37);
+  messageDesc(file_posefuse_v1_room, 38);
 
 /**
  * @generated from message posefuse.v1.MuteSensorRequest
@@ -1427,7 +1505,7 @@ export type MuteSensorRequest = Message<"posefuse.v1.MuteSensorRequest"> & {
  * Use `create(MuteSensorRequestSchema)` to create a new message.
  */
 export const MuteSensorRequestSchema: GenMessage<MuteSensorRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 38);
+  messageDesc(file_posefuse_v1_room, 39);
 
 /**
  * @generated from message posefuse.v1.MuteSensorResponse
@@ -1440,7 +1518,7 @@ export type MuteSensorResponse = Message<"posefuse.v1.MuteSensorResponse"> & {
  * Use `create(MuteSensorResponseSchema)` to create a new message.
  */
 export const MuteSensorResponseSchema: GenMessage<MuteSensorResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 39);
+  messageDesc(file_posefuse_v1_room, 40);
 
 /**
  * @generated from message posefuse.v1.GetConfigRequest
@@ -1453,7 +1531,7 @@ export type GetConfigRequest = Message<"posefuse.v1.GetConfigRequest"> & {
  * Use `create(GetConfigRequestSchema)` to create a new message.
  */
 export const GetConfigRequestSchema: GenMessage<GetConfigRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 40);
+  messageDesc(file_posefuse_v1_room, 41);
 
 /**
  * @generated from message posefuse.v1.GetConfigResponse
@@ -1470,7 +1548,7 @@ export type GetConfigResponse = Message<"posefuse.v1.GetConfigResponse"> & {
  * Use `create(GetConfigResponseSchema)` to create a new message.
  */
 export const GetConfigResponseSchema: GenMessage<GetConfigResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 41);
+  messageDesc(file_posefuse_v1_room, 42);
 
 /**
  * @generated from enum posefuse.v1.SensorState
