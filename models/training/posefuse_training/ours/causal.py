@@ -1,8 +1,9 @@
 """The causal model: a window of the last two seconds in, the newest pose out.
 
 Every hidden joint has several continuations: it stays where it was in the room or against the person, it goes on and slows down, it
-follows the mean of poses given the joints that are seen, with an offset that fades. All begin where the joint was last seen. The
-network says which to believe and what to add; what it adds grows with the time since the joint was seen.
+follows the mean of poses given the joints that are seen, with an offset that fades, or the mean given these and how all moved when
+it was last seen. All begin where the joint was last seen. The network says which to believe and what to add; what it adds grows
+with the time since the joint was seen.
 """
 
 from typing import NamedTuple
@@ -14,7 +15,7 @@ from .. import RATE_HZ
 from ..joints import ARM_LEFT, ARM_RIGHT, COUNT, LEG_LEFT, LEG_RIGHT
 from .frames import Frames, frames, look_back, turned_in
 from .network import Perceptron
-from .prior import PosePrior
+from .prior import CHANGE, PosePrior
 
 POSES = 64
 CORE = list(range(21))
@@ -43,9 +44,9 @@ class Told(NamedTuple):
 class Causal(nn.Module):
     """Common interface: pose (n, 64, 25, 3), mask and age (n, 64, 25) to filled (n, 1, 25, 3) and sigma (n, 1, 25)."""
 
-    def __init__(self, width: int = 320, blocks: int = 2, dropout: float = 0.2, dropped_features: float = 0.1, factors: int = 24):
+    def __init__(self, width: int = 320, blocks: int = 2, dropout: float = 0.2, dropped_features: float = 0.1, latents: int = 28):
         super().__init__()
-        self.prior = PosePrior(factors)
+        self.prior = PosePrior(latents)
         core = len(CORE)
         features = 3 * core * (8 + len(BEFORE_LOSS) + len(SPEED_LAGS) + len(POSE_LAGS)) + 5 * core + 5 * len(SPEED_LAGS) + 2
         self.network = Perceptron(features, width, blocks, COUNT * (3 + CONTINUATIONS + 1), dropout, dropped_features)
@@ -53,6 +54,12 @@ class Causal(nn.Module):
         for index, joints in enumerate(GROUPS):
             group[index, list(joints)] = 1
         self.register_buffer("group", group, persistent=False)
+
+    def begin(self, features: Tensor) -> None:
+        """Before training: standardises by these features, and leans on the continuation that is best by itself."""
+        self.network.standardise.fit(features)
+        with torch.no_grad():
+            self.network.last[1].bias.view(COUNT, -1)[:, 3 + CONTINUATIONS - 1] = 2.0
 
     def forward(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Tensor, Tensor]:
         told, whole = self.told(pose, mask, age)
@@ -92,7 +99,7 @@ class Causal(nn.Module):
             if room_speed is None:
                 moved = (pose[:, -1] - _pick(earlier, pose)) * known * (RATE_HZ / back)
                 room_speed = turned_in(whole.forward[:, -1:], moved) / whole.size[:, 0]
-        mean, offset, drift, deviation = self.conditional(own, mask[:, -1], steps)
+        mean, offset, carried, deviation = self.conditional(own, mask[:, -1], steps)
         seconds = age[:, -1][..., None]
         short, long = (1 - torch.exp(-seconds / fade) for fade in (0.12, 0.3))
         following = mean + offset * torch.exp(-seconds / 0.4)
@@ -105,13 +112,13 @@ class Causal(nn.Module):
                 in_room + 0.2 * (1 - torch.exp(-seconds / 0.2)) * room_speed,
                 following,
                 mean + offset * torch.exp(-seconds / 2),
-                following + 0.2 * (1 - torch.exp(-seconds / 0.2)) * drift,
+                carried,
             ],
             2,
         )
         # What is measured stays what it is, in every continuation.
         ways = seen[..., None, None] * now[:, :, None] + (1 - seen[..., None, None]) * ways
-        told = [now * (1 - hidden), last * hidden, mean * hidden, offset * hidden, drift * hidden * 0.2]
+        told = [now * (1 - hidden), last * hidden, mean * hidden, offset * hidden, (carried - last) * hidden]
         told += [(in_room - last) * hidden, room_speed * hidden * 0.2, (mean - now) * (1 - hidden)]
         told += [speed * hidden * 0.2 for speed in speeds]
         features = [part[:, CORE].flatten(1) for part in told]
@@ -122,18 +129,24 @@ class Causal(nn.Module):
         return ways, features
 
     def conditional(self, own: Tensor, mask: Tensor, steps: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Mean given what is seen now; how far each joint was from that when it was last seen, how fast that changed; deviation."""
+        """Mean given what is seen now; how far each joint was from that when it was last seen; mean and deviation given what was seen
+        then, too. Joints of one limb are taken to have been lost together."""
         poses = own.shape[1]
         flat = own.flatten(2)
+        now = flat[:, -1]
         lost = (steps[:, None] * self.group).amax(-1)
-        looks = torch.cat([look_back(lost, poses), look_back(lost + 3, poses)], 1)
-        then = torch.cat([flat[:, -1:], torch.matmul(looks, flat)], 1)
-        inverse = self.prior.inverse(mask)
-        means = self.prior.given(inverse, mask, then)
-        away = (then - means)[:, 1:].reshape(-1, 2, len(GROUPS), COUNT, 3)
-        away = (away * self.group[None, None, :, :, None]).sum(2)
-        drift = (away[:, 0] - away[:, 1]) * (RATE_HZ / 3)
-        return means[:, 0].reshape(-1, COUNT, 3), away[:, 0], drift, self.prior.deviation(inverse)
+        then = torch.matmul(look_back(lost, poses), flat)
+        earlier = torch.matmul(look_back(lost + CHANGE, poses), flat)
+        trust, information = self.prior.information(mask)
+        means = self.prior.given(trust, information, torch.cat([now[:, None], then], 1))
+        carried, deviation = self.prior.carried(trust, information, now, then, earlier, lost)
+        offset = self._of_groups((then - means[:, 1:]).reshape(-1, len(GROUPS), COUNT, 3))
+        carried = self._of_groups(carried.reshape(-1, len(GROUPS), COUNT, 3))
+        return means[:, 0].reshape(-1, COUNT, 3), offset, carried, self._of_groups(deviation[..., None])[..., 0]
+
+    def _of_groups(self, values: Tensor) -> Tensor:
+        """For each joint what its own limb says: (n, groups, 25, c) to (n, 25, c)."""
+        return (values * self.group[None, :, :, None]).sum(1)
 
     def history(self, whole, own: Tensor, mask: Tensor) -> list[Tensor]:
         """How the joints, the person and their heading changed, and some earlier poses; zero where not measured."""

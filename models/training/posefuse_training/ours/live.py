@@ -16,7 +16,7 @@ from ..fitting import Schedule, device, fit
 from ..joints import BONES, PARENTS, PARTS
 from ..recordings import Prepared, kind_of
 from .causal import POSES, Causal, Told
-from .prior import own_poses
+from .prior import own_spans
 
 KIND, BEFORE, AFTER = "live", POSES - 1, 0
 ABOUT = {
@@ -52,7 +52,7 @@ def train(options: argparse.Namespace) -> None:
     source = Source([(prepared, 1 - options.made), (made, options.made)])
     variation = Variation(mixed_arms=options.mixed_arms)
     model = Causal(options.width, options.blocks, options.dropout, options.dropped_features)
-    model.prior.fit(*own_poses(prepared))
+    model.prior.fit(own_spans(prepared))
     rng = np.random.default_rng(options.seed)
     place = device()
 
@@ -62,7 +62,7 @@ def train(options: argparse.Namespace) -> None:
 
     model.to(place)
     pool = Pool(draw, options.pool, options.reuse, rng)
-    model.network.standardise.fit(pool.lesson.told.features)
+    model.begin(pool.lesson.told.features)
     methods = simple_methods(conditional_of(prepared))
     tests = {"left out": validation} if options.leave_out else {"held out": Prepared.load(options.data, "held_out")}
     splits = {name: Checks(model, prepared, methods) for name, prepared in tests.items()}
@@ -246,6 +246,6 @@ def _one(run: Path) -> Causal:
     weights = torch.load(run / "best.pt", map_location="cpu", weights_only=True)
     width = weights["network.first.weight"].shape[0]
     blocks = len({key.split(".")[2] for key in weights if key.startswith("network.blocks.")})
-    model = Causal(width, blocks, factors=weights["prior.loadings"].shape[1])
+    model = Causal(width, blocks, latents=weights["prior.basis"].shape[1])
     model.load_state_dict(weights)
     return model.eval()

@@ -1,8 +1,9 @@
-"""A Gaussian of whole poses in own coordinates: the mean of hidden joints given any set of measured ones.
+"""A Gaussian of poses over time, in own coordinates: the mean of hidden joints given what is measured now and what was before.
 
-A factor model (probabilistic PCA with a noise for each coordinate): poses are mean + loadings x factors + noise. The factors
-given what is measured follow from one small inverse, which Newton and Schulz's iteration finds with products alone, so that it
-runs in every runtime.
+A pose is mean + basis x latents + noise (principal components, a noise for each coordinate). Latents after a time follow from those
+at its begin and from how they were changing, linearly, with a spread; both were fitted for a few times. Whatever has to be
+inverted is small and near enough to the identity for Newton and Schulz's iteration, which takes products alone and so runs in every
+runtime.
 """
 
 import numpy as np
@@ -14,72 +15,149 @@ from ..person import person_frame, sizes
 from ..recordings import Prepared, kind_of
 
 ITERATIONS = 16
+LAGS = (1, 2, 4, 8, 15, 30, 60)
+"""Poses."""
+CHANGE = 2
+"""Poses over which the change of latents is taken."""
+FADES = 15.0
+"""What the latents do not describe of a pose fades over so many poses."""
 
 
-def own_poses(prepared: Prepared, every: int = 2) -> tuple[np.ndarray, np.ndarray]:
-    """(poses (n, 25, 3) in own coordinates, both as recorded and mirrored; weight of each, even over kinds of motion)."""
-    poses, weights = [], []
+def own_spans(prepared: Prepared) -> list[tuple[np.ndarray, float]]:
+    """(span (n, 75) in own coordinates, weight of each of its poses), as recorded and mirrored; even over kinds of motion."""
     kinds = [kind_of(name) for name in prepared.names]
     frames_of = {kind: 0 for kind in kinds}
     for kind, (_, span) in zip(kinds, prepared.spans()):
         frames_of[kind] += len(span)
+    spans = []
     for kind, (_, span) in zip(kinds, prepared.spans()):
-        for chosen in (span[::every], mirrored(span[::every])):
-            own, _, _ = person_frame(chosen)
-            poses.append(own / sizes(chosen)[:, None, None])
-            weights.append(np.full(len(chosen), frames_of[kind] ** -0.5))
-    return np.concatenate(poses), np.concatenate(weights)
+        for one in (span, mirrored(span)):
+            own, _, _ = person_frame(one)
+            spans.append(((own / sizes(one).mean()).reshape(len(one), -1).astype(np.float64), frames_of[kind] ** -0.25))
+    return spans
 
 
 class PosePrior(nn.Module):
     """Conditional means and deviations; its numbers are fitted, not trained."""
 
-    def __init__(self, factors: int = 24):
+    def __init__(self, latents: int = 28):
         super().__init__()
         self.register_buffer("mean", torch.zeros(3 * COUNT))
-        self.register_buffer("loadings", torch.zeros(3 * COUNT, factors))
+        self.register_buffer("basis", torch.zeros(3 * COUNT, latents))
+        self.register_buffer("root_variance", torch.ones(latents))
         self.register_buffer("precision", torch.ones(3 * COUNT))
+        self.register_buffer("carry", torch.zeros(len(LAGS), latents, 2 * latents))
+        self.register_buffer("spread", torch.zeros(len(LAGS), latents, latents))
         self.register_buffer("first_guess", torch.ones(()))
 
-    def fit(self, poses: np.ndarray, weights: np.ndarray, noise_m: float = 0.012) -> None:
-        """From complete poses (n, 25, 3) in own coordinates."""
-        flat = poses.reshape(len(poses), -1).astype(np.float64)
-        weights = weights / weights.sum()
+    def fit(self, spans: list[tuple[np.ndarray, float]], noise_m: float = 0.015) -> None:
+        """From complete poses, see `own_spans`."""
+        flat = np.concatenate([span for span, _ in spans])
+        weights = np.concatenate([np.full(len(span), weight) for span, weight in spans])
+        weights /= weights.sum()
         mean = weights @ flat
         covariance = ((flat - mean) * weights[:, None]).T @ (flat - mean)
-        factors = self.loadings.shape[1]
+        latents = self.basis.shape[1]
         values, vectors = np.linalg.eigh(covariance)
-        loadings = vectors[:, -factors:] * np.sqrt(values[-factors:])
-        noise = np.diag(covariance) - (loadings**2).sum(axis=1) + noise_m**2
-        inner = np.eye(factors) + (loadings / noise[:, None]).T @ loadings
+        basis, variance = vectors[:, -latents:], values[-latents:]
+        noise = np.diag(covariance) - (basis**2 * variance).sum(axis=1) + noise_m**2
         self.mean.copy_(torch.from_numpy(mean))
-        self.loadings.copy_(torch.from_numpy(loadings))
+        self.basis.copy_(torch.from_numpy(basis))
+        self.root_variance.copy_(torch.from_numpy(np.sqrt(variance)))
         self.precision.copy_(torch.from_numpy(1 / noise))
-        self.first_guess.copy_(torch.tensor(2 / (1 + np.linalg.eigvalsh(inner)[-1])))
+        # Backwards, motion looks as natural to a Gaussian, and there is twice as much of it.
+        ways = [((span - mean) @ basis, weight) for span, weight in spans]
+        ways += [(way[::-1], weight) for way, weight in ways]
+        largest = 1.0
+        seen = (basis / noise[:, None]).T @ basis
+        for index, lag in enumerate(LAGS):
+            carry, spread = _carried(ways, lag)
+            root = np.linalg.cholesky(spread)
+            self.carry[index] = torch.from_numpy(carry)
+            self.spread[index] = torch.from_numpy(root)
+            largest = max(largest, np.linalg.eigvalsh(root.T @ seen @ root)[-1])
+        whole = np.sqrt(variance)
+        largest = max(largest, np.linalg.eigvalsh(whole[:, None] * seen * whole)[-1])
+        # Between two fitted times the roots are interpolated; a little room is left for that.
+        self.first_guess.copy_(torch.tensor(2 / (2 + 1.1 * largest)))
 
     @property
     def usual(self) -> Tensor:
         """(25, 3) the mean pose."""
         return self.mean.reshape(COUNT, 3)
 
-    def inverse(self, mask: Tensor) -> Tensor:
-        """Covariance of the factors given what `mask` (n, 25) says is measured: (n, factors, factors)."""
+    def information(self, mask: Tensor) -> tuple[Tensor, Tensor]:
+        """(how far each coordinate is to be trusted (n, 75), what that says of the latents (n, latents, latents))."""
         trust = torch.stack([mask, mask, mask], -1).flatten(1) * self.precision
-        eye = torch.eye(self.loadings.shape[1], device=mask.device)
-        inner = eye + torch.matmul(self.loadings.T, trust[..., None] * self.loadings)
-        guess = self.first_guess * eye
-        guess = 2 * guess - self.first_guess**2 * inner
+        return trust, torch.matmul(self.basis.T, trust[..., None] * self.basis)
+
+    def given(self, trust: Tensor, information: Tensor, own: Tensor) -> Tensor:
+        """Mean of all joints (n, m, 75) given the measured ones of poses `own` (n, m, 75), each for itself."""
+        inner = self._eye() + self.root_variance[:, None] * information * self.root_variance
+        pull = torch.matmul((own - self.mean) * trust[:, None], self.basis) * self.root_variance
+        return self.mean + torch.matmul(torch.matmul(pull, self._inverse(inner)) * self.root_variance, self.basis.T)
+
+    def carried(self, trust: Tensor, information: Tensor, now: Tensor, then: Tensor, earlier: Tensor, lag: Tensor) -> tuple[Tensor, Tensor]:
+        """(mean (n, m, 75), deviation (n, m, 25)) of the pose `now` (n, 75), some joints of which `trust` says are measured.
+
+        Known is also that it was `then` (n, m, 75) `lag` (n, m) poses before, and `earlier` (n, m, 75) `CHANGE` poses before that.
+        """
+        latents = self.basis.shape[1]
+        before, change = torch.matmul(then - self.mean, self.basis), torch.matmul(then - earlier, self.basis)
+        share = _shares(lag)
+        carry = torch.matmul(share, self.carry.flatten(1)).reshape(*share.shape[:2], latents, 2 * latents)
+        root = torch.matmul(share, self.spread.flatten(1)).reshape(*share.shape[:2], latents, latents)
+        expected = torch.matmul(carry, torch.cat([before, change], -1)[..., None])[..., 0]
+        across = root.transpose(-1, -2)
+        inverse = self._inverse(self._eye() + torch.matmul(torch.matmul(across, information[:, None]), root))
+        missed = (now - self.mean)[:, None] - torch.matmul(expected, self.basis.T)
+        pull = torch.matmul(across, torch.matmul(missed * trust[:, None], self.basis)[..., None])
+        settled = expected + torch.matmul(root, torch.matmul(inverse, pull))[..., 0]
+        left = then - self.mean - torch.matmul(before, self.basis.T)
+        mean = self.mean + torch.matmul(settled, self.basis.T) + left * torch.exp(-lag / FADES)[..., None]
+        spans = torch.matmul(self.basis, root)
+        variance = (torch.matmul(spans, inverse) * spans).sum(-1).clamp(min=0) + 1 / self.precision
+        return mean, torch.sqrt(variance.reshape(*share.shape[:2], COUNT, 3).mean(-1))
+
+    def _eye(self) -> Tensor:
+        return torch.eye(self.basis.shape[1], device=self.basis.device)
+
+    def _inverse(self, inner: Tensor) -> Tensor:
+        """Of identity + something of which `first_guess` knows how large it can be."""
+        eye = self._eye()
+        guess = 2 * self.first_guess * eye - self.first_guess**2 * inner
         for _ in range(ITERATIONS):
             guess = torch.matmul(guess, 2 * eye - torch.matmul(inner, guess))
         return guess
 
-    def given(self, inverse: Tensor, mask: Tensor, own: Tensor) -> Tensor:
-        """Mean of all joints (n, m, 75) given the measured ones of poses `own` (n, m, 75), with one mask (n, 25) for all m."""
-        trust = torch.stack([mask, mask, mask], -1).flatten(1) * self.precision
-        pull = torch.matmul((own - self.mean) * trust[:, None], self.loadings)
-        return self.mean + torch.matmul(torch.matmul(pull, inverse), self.loadings.T)
 
-    def deviation(self, inverse: Tensor) -> Tensor:
-        """Standard deviation of each joint along an axis (n, 25), own units."""
-        spread = (torch.matmul(self.loadings, inverse) * self.loadings).sum(-1).clamp(min=0) + 1 / self.precision
-        return torch.sqrt(spread.reshape(-1, COUNT, 3).mean(-1))
+def _carried(ways: list[tuple[np.ndarray, float]], lag: int) -> tuple[np.ndarray, np.ndarray]:
+    """Least squares from latents and their change to the latents `lag` poses later, and the covariance of what is left."""
+    begin, end, weights = [], [], []
+    for way, weight in ways:
+        if len(way) > lag + CHANGE:
+            start = way[CHANGE:-lag]
+            begin.append(np.concatenate([start, start - way[: -lag - CHANGE]], axis=1))
+            end.append(way[lag + CHANGE :])
+            weights.append(np.full(len(start), weight))
+    begin, end, weights = np.concatenate(begin), np.concatenate(end), np.concatenate(weights)
+    weighted = begin * weights[:, None]
+    little = 1e-6 * weights.sum() * np.eye(begin.shape[1])
+    carry = np.linalg.solve(weighted.T @ begin + little, weighted.T @ end).T
+    left = end - begin @ carry.T
+    spread = (left * weights[:, None]).T @ left / weights.sum()
+    return carry, spread + 1e-7 * np.eye(len(spread))
+
+
+def _shares(lag: Tensor) -> Tensor:
+    """Weights (..., times) with which what was fitted at `LAGS` makes up what holds at `lag`."""
+    lag = lag.clamp(LAGS[0], LAGS[-1])[..., None]
+    parts = []
+    for index, own in enumerate(LAGS):
+        part = torch.ones_like(lag)
+        if index > 0:
+            part = torch.minimum(part, (lag - LAGS[index - 1]) / (own - LAGS[index - 1]))
+        if index + 1 < len(LAGS):
+            part = torch.minimum(part, (LAGS[index + 1] - lag) / (LAGS[index + 1] - own))
+        parts.append(part.clamp(min=0))
+    return torch.cat(parts, -1)
