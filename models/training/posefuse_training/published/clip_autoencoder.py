@@ -9,6 +9,7 @@ An image's rows are frames, its columns joints in an order in which neighbours a
 """
 
 import math
+import sys
 
 import torch
 from torch import nn
@@ -16,6 +17,7 @@ from torch import nn
 from ..augment import Source
 from ..person import GaussianConditional, person_frame, sizes
 from . import geometry as g
+from . import shipping
 from ..fitting import device
 from .experiment import AS_RECORDED, Experiment, body_proportions, early_stopping, numpy_rng, table, windows
 
@@ -187,3 +189,68 @@ def conditional_legs(conditional, pose):
     filled = conditional(own / size, tuple(sorted(hidden))) * size
     room = torch.from_numpy(filled @ turn + origin[:, None])
     return room.view(*pose.shape)[..., list(LEGS), :].float()
+
+
+# --- what ships -------------------------------------------------------------------------------------------------------
+
+KIND, BEFORE, AFTER = "offline", FRAMES - 1, 0
+ABOUT = {
+    "summary": "Clip auto-encoder: knees and ankles of two seconds of motion from the rest of the body; other joints stay where they were.",
+    "source": "Convolutional auto-encoder over 64 frames x 11 joints as an image, four leg joints removed",
+}
+
+
+class Fills(nn.Module):
+    """Knees and ankles by the network, feet in front of the ankles; everything else stays where it was last."""
+
+    def __init__(self, model, shape, foot):
+        super().__init__()
+        self.model = model
+        self.register_buffer("proportions", shape[0])
+        self.register_buffer("usual", shape[1])
+        self.register_buffer("foot", foot)
+
+    def forward(self, pose, mask, age):
+        seen = (mask > 0.0).to(pose.dtype)
+        points, _, size = told(pose, seen, self.proportions, self.usual)
+        out = from_image(self.model(to_image(given(points)))) * size.unsqueeze(-1).unsqueeze(-1)
+        pelvis = pose[..., g.SPINE_BASE, :]
+        joints = list(pose.unbind(-2))
+        ahead = g.upright_frame(g.leftward(pose, seen))
+        toes = torch.matmul(self.foot * size.unsqueeze(-1).unsqueeze(-1), ahead).squeeze(-2)
+        for joint, column in zip(LEGS, LEG_COLUMNS):
+            joints[joint] = pelvis + out[..., column, :]
+        for ankle, foot in ((g.ANKLE_LEFT, g.FOOT_LEFT), (g.ANKLE_RIGHT, g.FOOT_RIGHT)):
+            say = mask[..., ankle].unsqueeze(-1)
+            joints[foot] = say * pose[..., ankle, :] + (1.0 - say) * joints[ankle] + toes
+        return torch.stack(joints, -2)
+
+
+def foot_offset(prepared, shape):
+    """From ankle to foot in the person's heading at size one, on average, `[1, 3]`."""
+    pose = torch.from_numpy(prepared.poses)
+    seen = torch.ones(pose.shape[:2])
+    frame = g.upright_frame(g.leftward(pose, seen))
+    way = torch.stack([pose[:, 15] - pose[:, 14], pose[:, 19] - pose[:, 18]], 1)
+    own = torch.matmul(way, frame.transpose(-1, -2)) / g.scale_of(pose, seen, BONES, *shape).view(-1, 1, 1)
+    return own.mean((0, 1)).view(1, 3) * torch.tensor((1.0, 0.0, 1.0))
+
+
+def fused(layers):
+    """The same layers with batch normalisation drawn into the convolutions, as an exporter would."""
+    out = []
+    for layer in layers:
+        if isinstance(layer, nn.BatchNorm2d):
+            out[-1] = nn.utils.fusion.fuse_conv_bn_eval(out[-1], layer, transpose=isinstance(out[-1], nn.ConvTranspose2d))
+        else:
+            out.append(layer)
+    return nn.Sequential(*out)
+
+
+def ship(run: Experiment, out) -> None:
+    """Writes the model that ships."""
+    shape = body(run)
+    model = train(run, shape).requires_grad_(False)
+    model.encode, model.between, model.decode = fused(model.encode), fused(model.between), fused(model.decode)
+    figures = {f"{split}_four_joints_cm".replace(" ", "_"): round(run.noted(split)["distance_cm"], 2) for split in run.tests()}
+    shipping.ship(Fills(model, shape, foot_offset(run.train, shape)), sys.modules[__name__], run, out, figures)

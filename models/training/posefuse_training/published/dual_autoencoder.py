@@ -11,12 +11,15 @@ A window is 64 poses of 21 joints from their own pelvis, in the heading of the w
 column holds its way from the window's middle. A joint that was not measured is zero.
 """
 
+import sys
+
 import torch
 from torch import nn
 
 from ..augment import Source
 from ..joints import LIMBS, PARENTS
 from . import geometry as g
+from . import shipping
 from ..fitting import device
 from .experiment import AS_RECORDED, Experiment, body_proportions, early_stopping, numpy_rng, table, windows
 
@@ -237,3 +240,44 @@ def tested(model, prepared, shape):
     points, (_, _, size) = told(windows(prepared, FRAMES, 16), torch.ones(1, FRAMES, 25), *shape)
     noisy = synthetic_noise(points, torch.Generator().manual_seed(8))
     return tuple(value.item() for value in measures(model(noisy.flatten(-2)).view_as(points), points, size))
+
+
+# --- what ships -------------------------------------------------------------------------------------------------------
+
+KIND, BEFORE, AFTER = "offline", FRAMES - 1, 0
+ABOUT = {
+    "summary": "Dual auto-encoder: a bidirectional recurrent one for place, a convolutional one for smoothness, over two seconds.",
+    "source": "Li, Zhu, Wang and Liu, Dual auto-encoder network for human skeleton motion data optimisation, 2022",
+}
+
+
+class Fills(nn.Module):
+    """21 joints by the network, hand tips and thumbs with the hands."""
+
+    def __init__(self, model, shape, tip, thumb):
+        super().__init__()
+        self.model = model
+        self.register_buffer("proportions", shape[0])
+        self.register_buffer("usual", shape[1])
+        self.tip, self.thumb = tip, thumb
+
+    def forward(self, pose, mask, age):
+        seen = (mask > 0.0).to(pose.dtype)
+        points, back = told(pose, seen, self.proportions, self.usual)
+        out = self.model(points.flatten(-2)).reshape(-1, FRAMES, JOINTS, 3)
+        room = untold(out, pose[..., g.SPINE_BASE, :], back)
+        say = mask[..., :JOINTS].unsqueeze(-1)
+        known = say * pose[..., :JOINTS, :] + (1.0 - say) * room
+        return g.follow_hands(torch.cat([known, pose[..., JOINTS:, :]], -2), self.tip, self.thumb)
+
+
+def ship(run: Experiment, out) -> None:
+    """Writes the model that ships."""
+    shape = body(run)
+    model = networks(run, shape)["dual"].requires_grad_(False)
+    figures = {
+        f"{split}_{name}".replace(" ", "_"): round(value, 2)
+        for split in run.tests()
+        for name, value in run.noted(f"{split}: dual").items()
+    }
+    shipping.ship(Fills(model, shape, *g.hand_ratios(run.train.poses)), sys.modules[__name__], run, out, figures)

@@ -133,3 +133,10 @@ def follow_hands(points, ratio_tip, ratio_thumb):
         joints[tip] = joints[wrist] + ratio_tip * along
         joints[thumb] = joints[wrist] + ratio_thumb * along
     return torch.stack(joints, -2)
+
+
+def hand_ratios(poses):
+    """The two ratios of [follow_hands] that fit `poses` `[N, 25, 3]` (an array) best."""
+    hand, tip, thumb = (torch.from_numpy(poses[:, j] - poses[:, WRIST_LEFT]) for j in (HAND_LEFT, HAND_TIP_LEFT, THUMB_LEFT))
+    long = (hand * hand).sum()
+    return float((tip * hand).sum() / long), float((thumb * hand).sum() / long)

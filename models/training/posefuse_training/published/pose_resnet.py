@@ -9,15 +9,19 @@ Our skeletons carry positions, so the rotations are derived from them: a bone's 
 for the twist. The exported graph does that, too. What it cannot know is how a joint moved: it sees a single pose.
 """
 
+import sys
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import nn
 
+from ..corrupt import hidden_joints
+from ..fitting import device
 from ..recordings import Prepared
 from . import geometry as g
-from ..fitting import device
-from .experiment import Experiment, body_proportions, early_stopping, in_mirror, savitzky_golay, table
+from . import shipping
+from .experiment import Experiment, body_proportions, early_stopping, in_mirror, numpy_rng, savitzky_golay, table
 
 NAME = "pose-resnet"
 
@@ -247,13 +251,18 @@ def body(run: Experiment):
     return body_proportions(run.train, BONES)
 
 
-def experiment(run: Experiment) -> str:
-    """His table: taught on each corruption, tested on each, with and without the filter."""
+def prepared_features(run: Experiment):
+    """What all networks share: body shape, z-score, features that teach and that check, rates of corruption."""
     shape = body(run)
     teach, check = read(run.teaching(), *shape), read(run.validating(), *shape)
     teach = torch.cat(teach + read(in_mirror(run.teaching()), *shape))
     norm = Norm(teach)
-    rates = calibrated(teach[::7], norm)
+    return shape, norm, teach, check, calibrated(teach[::7], norm)
+
+
+def experiment(run: Experiment) -> str:
+    """His table: taught on each corruption, tested on each, with and without the filter."""
+    shape, norm, teach, check, rates = prepared_features(run)
     models = {what: train(run, what, norm, teach, check, rates) for what in KINDS}
     lines = []
     for split, prepared in run.tests().items():
@@ -267,3 +276,114 @@ def experiment(run: Experiment) -> str:
         header = ["tested on", "taught on", "corrupted", "network", *(f"filter {w}/{o}" for w, o in FILTERS), "his: corrupt/best/filtered"]
         lines.append(f"Mean absolute error of 112 z-scored features, {split} recordings\n\n" + table(header, rows))
     return "\n\n".join(lines)
+
+
+# --- what ships -------------------------------------------------------------------------------------------------------
+
+KIND, BEFORE, AFTER = "live", 0, 0
+ABOUT = {
+    "summary": "Pose ResNet: one pose to one pose, a residual block of 1000 units; knows no time.",
+    "source": "Goncalves, multi-Kinect motion capture, after D. Holden, Robust solving of optical motion capture data by denoising, 2018",
+}
+
+
+class Fills(nn.Module):
+    """All 25 joints by the network; those it does not have go with those it has."""
+
+    def __init__(self, model, norm, shape, extras):
+        super().__init__()
+        self.model = model
+        self.register_buffer("mean", norm.mean)
+        self.register_buffer("spread", norm.spread)
+        self.register_buffer("proportions", shape[0])
+        self.register_buffer("usual", shape[1])
+        self.extras = extras
+
+    def forward(self, pose, mask, age):
+        seen = (mask > 0.0).to(pose.dtype)
+        points, frame, size = to_waist(pose, seen, self.proportions, self.usual)
+        z = (features(points, seen[..., list(JOINTS)]) - self.mean) / self.spread
+        x = self.model(z) * self.spread + self.mean
+        place = torch.stack([x[..., 7 * j : 7 * j + 3] for j in range(len(JOINTS))], -2)
+        told = g.out_of(frame, pose[..., g.SPINE_BASE, :], place * size.unsqueeze(-1).unsqueeze(-1))
+        # Measured joints carry what hangs on them.
+        say = mask[..., list(JOINTS)].unsqueeze(-1)
+        known = say * pose[..., list(JOINTS), :] + (1.0 - say) * told
+        return whole(known, told, self.extras)
+
+
+def whole(known, told, extras):
+    """25 joints `[..., 25, 3]` from the 16: neck between chest and head, hands along the forearm, feet across the shin."""
+    by = {joint: told[..., at, :] for at, joint in enumerate(JOINTS)}
+    at = {joint: known[..., place, :] for place, joint in enumerate(JOINTS)}
+    by[g.NECK] = at[g.SPINE_SHOULDER] + extras["neck"] * (at[g.HEAD] - at[g.SPINE_SHOULDER])
+    across = g.unit(at[g.HIP_LEFT] - at[g.HIP_RIGHT])
+    for elbow, wrist, hand, tip, thumb in ((5, 6, 7, 21, 22), (9, 10, 11, 23, 24)):
+        along = at[wrist] - at[elbow]
+        for joint, ratio in ((hand, "hand"), (tip, "tip"), (thumb, "thumb")):
+            by[joint] = at[wrist] + extras[ratio] * along
+    for knee, ankle, foot in ((13, 14, 15), (17, 18, 19)):
+        shin = at[ankle] - at[knee]
+        by[foot] = at[ankle] + extras["sole"] * shin + extras["toes"] * g.cross(shin, across)
+    return torch.stack([by[joint] for joint in range(25)], -2)
+
+
+def measured_extras(prepared: Prepared):
+    """Where the other joints are, on average, against the 16: least squares, each as [whole] uses it."""
+    p = torch.from_numpy(prepared.poses)
+
+    def share(of, *along):
+        columns = torch.stack([v.flatten() for v in along], 1)
+        return [float(x) for x in torch.linalg.lstsq(columns, of.flatten().unsqueeze(1)).solution[:, 0]]
+
+    forearm, shin = p[:, 6] - p[:, 5], p[:, 14] - p[:, 13]
+    across = g.unit(p[:, g.HIP_LEFT] - p[:, g.HIP_RIGHT])
+    sole, toes = share(p[:, 15] - p[:, 14], shin, g.cross(shin, across))
+    return {
+        "neck": share(p[:, 2] - p[:, 20], p[:, 3] - p[:, 20])[0],
+        "hand": share(p[:, 7] - p[:, 6], forearm)[0],
+        "tip": share(p[:, 21] - p[:, 6], forearm)[0],
+        "thumb": share(p[:, 22] - p[:, 6], forearm)[0],
+        "sole": sole,
+        "toes": toes,
+    }
+
+
+def train_for_rooms(run: Experiment, start, norm, shape):
+    """The network that ships: it goes on from the one taught on occlusion and shift, with whole limbs hidden as in a room
+    and rotations derived from what is left, in the frame that what is left gives."""
+    teach = torch.from_numpy(np.concatenate([run.teaching().poses, in_mirror(run.teaching()).poses]))
+    check = torch.from_numpy(run.validating().poses[::5].copy())
+    place = device()
+
+    def lesson(pose, rng):
+        seen = torch.from_numpy(1.0 - hidden_joints(rng, len(pose)).astype(np.float32))
+        points, _, _ = to_waist(pose, seen, *shape)
+        some = seen[:, list(JOINTS)]
+        return norm(features(points, some)).to(place), norm(features(points, torch.ones_like(some))).to(place)
+
+    checked = lesson(check, np.random.default_rng(11))
+
+    def losses(model):
+        given, wanted = lesson(teach[torch.randint(len(teach), (BATCH,))], numpy_rng())
+        return (model(given) - wanted).abs().mean()
+
+    def score(model):
+        return (model(checked[0]) - checked[1]).abs().mean().item()
+
+    model = PoseResNet()
+    model.load_state_dict(start.state_dict())
+    return run.fit("rooms", model, losses, score, early_stopping(BATCHES))
+
+
+def ship(run: Experiment, out) -> None:
+    """Trains and writes the model that ships."""
+    shape, norm, teach, check, rates = prepared_features(run)
+    start = train(run, "occlusion + shift", norm, teach, check, rates)
+    model = train_for_rooms(run, start, norm, shape)
+    figures = {
+        f"{split}_{kind}_mae_zscore".replace(" + ", "_").replace(" ", "_"): round(run.noted(f"{split}: {kind} on {kind}")["network"], 4)
+        for split in run.tests()
+        for kind in KINDS
+    }
+    shipping.ship(Fills(model, norm, shape, measured_extras(run.train)), sys.modules[__name__], run, out, figures)

@@ -12,6 +12,8 @@ How the five parts are joined is not told; here the trunk is in every triple, wi
 the person's own heading.
 """
 
+import sys
+
 import numpy as np
 import torch
 from torch import nn
@@ -20,7 +22,8 @@ from ..fitting import Schedule, device
 from ..joints import PARENTS as PARENT
 from ..recordings import Prepared
 from . import geometry as g
-from .experiment import Experiment, in_mirror, table, windows
+from . import shipping
+from .experiment import Experiment, body_proportions, in_mirror, table, windows
 from .matrix_completion import completed
 
 NAME = "sparse-dictionary"
@@ -56,8 +59,14 @@ def signed_squares(directions):
 
 
 def directions(squares):
-    """The way back of [signed_squares], to length one whatever the squares add up to."""
-    return g.unit(torch.sign(squares) * torch.sqrt(squares.abs() + 1e-12))
+    """The way back of [signed_squares], to length one whatever the squares add up to. Softened at zero, where a root is
+    infinitely steep and two runtimes' rounding would become millimetres."""
+    return g.unit(squares / torch.sqrt(torch.sqrt(squares * squares + 1e-6)))
+
+
+def sign(values):
+    """The sign, softened within a hundredth of zero for the same reason."""
+    return values / torch.sqrt(values * values + 1e-4)
 
 
 def bones_of(points):
@@ -90,7 +99,7 @@ def objective_slope(y, x, known):
     """The slope with respect to the reconstruction `y` of the smooth part, all `[G, N, 216]`."""
     triple = y.reshape(len(y), -1, WINDOW * IN_TRIPLE, 3)
     excess = triple.abs().sum(-1, keepdim=True) - 1.0
-    bone = (torch.sign(triple) * excess).reshape(y.shape)
+    bone = (sign(triple) * excess).reshape(y.shape)
     return known * (y - x) + LAMBDA_BONE * bone
 
 
@@ -314,3 +323,61 @@ def experiment(run: Experiment) -> str:
         header = ["markers missing in 40 % of frames", "method", "RMSE, cm", "bone length error, cm", "published bone error, cm"]
         parts.append(f"{split_name} recordings\n\n" + table(header, rows))
     return "\n\n".join(parts)
+
+
+# --- what ships -------------------------------------------------------------------------------------------------------
+
+KIND, BEFORE, AFTER = "live", WINDOW - 1, 0
+ABOUT = {
+    "summary": "Sparse dictionary with bone lengths: six poses coded over 300 atoms for each three parts of the body, bones keep their lengths.",
+    "source": "Wang, Lu and Han, Recovery of distorted motion capture data with a bone constraint, 2018",
+}
+SHIPPED_ATOMS, SHIPPED_STEPS, SHIPPED_ROUNDS = 300, 24, 2
+"""A thousand atoms would be 2.6 MB in half precision and take three times as long; steps are unrolled in the graph."""
+
+
+class Fills(nn.Module):
+    """The newest pose: bones by the dictionary, lengths by what was measured of them, positions outward."""
+
+    def __init__(self, model, shape, tip, thumb):
+        super().__init__()
+        self.atoms = nn.Parameter(model.atoms.detach().half().float(), requires_grad=False)
+        self.register_buffer("stride", strides(self.atoms))
+        self.register_buffer("proportions", shape[0])
+        self.register_buffer("usual", shape[1])
+        self.tip, self.thumb = tip, thumb
+
+    def forward(self, pose, mask, age):
+        seen = (mask > 0.0).to(pose.dtype)
+        turned, frame = own_heading(pose, seen)
+        bones, _ = bones_of(turned)
+        both = seen[..., list(CHILDREN)] * seen[..., list(PARENTS)]
+        along = recovered(bones, both, self.atoms, SHIPPED_STEPS, self.stride)[:, -1:]
+        lengths = self.lengths(pose, age).unsqueeze(1)
+        out = placed(pose[:, -1:], mask[:, -1:], torch.matmul(along, frame), lengths, SHIPPED_ROUNDS)
+        return g.follow_hands(torch.cat([out, pose[:, -1:, JOINTS:]], -2), self.tip, self.thumb)
+
+    def lengths(self, pose, age):
+        """Lengths `[N, 20]` of the bones. Joints that were lost together still tell their bone's; the other side's bone helps,
+        the usual proportions fill in."""
+        child, parent = list(CHILDREN), list(PARENTS)
+        _, length = bones_of(pose)
+        ever = torch.clamp(9.9 - torch.maximum(age[..., child], age[..., parent]), 0.0, 0.1) * 10.0
+        say = ever * torch.exp(-10.0 * (age[..., child] - age[..., parent]).abs())
+        weight, total = say.sum(1), (say * length).sum(1)
+        weight, total = weight + 0.2 * weight[..., list(OTHER)], total + 0.2 * total[..., list(OTHER)]
+        size = (total.sum(-1, keepdim=True) + 0.05 * self.usual) / ((weight * self.proportions).sum(-1, keepdim=True) + 0.05)
+        return (total + 0.1 * size * self.proportions) / (weight + 0.1)
+
+
+def ship(run: Experiment, out) -> None:
+    """Trains a smaller dictionary and writes the model that ships."""
+    model = train(run, "shipped", SHIPPED_ATOMS)
+    figures = {
+        f"{split}_{count}_markers_{name}".replace(" ", "_"): float(f"{value:.3g}")
+        for split in run.tests()
+        for count in MARKERS
+        for name, value in run.noted(f"{split}: dictionary, {count} markers").items()
+    }
+    shape = body_proportions(run.train, BONES)
+    shipping.ship(Fills(model, shape, *g.hand_ratios(run.train.poses)), sys.modules[__name__], run, out, figures)
