@@ -193,7 +193,7 @@ def conditional_legs(conditional, pose):
 
 # --- what ships -------------------------------------------------------------------------------------------------------
 
-KIND, BEFORE, AFTER = "offline", FRAMES - 1, 0
+KIND, BEFORE, AFTER = "offline", FRAMES // 2 - 1, FRAMES // 2
 ABOUT = {
     "summary": "Clip auto-encoder: knees and ankles of two seconds of motion from the rest of the body; other joints stay where they were.",
     "source": "Convolutional auto-encoder over 64 frames x 11 joints as an image, four leg joints removed",

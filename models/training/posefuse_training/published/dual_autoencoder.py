@@ -244,7 +244,7 @@ def tested(model, prepared, shape):
 
 # --- what ships -------------------------------------------------------------------------------------------------------
 
-KIND, BEFORE, AFTER = "offline", FRAMES - 1, 0
+KIND, BEFORE, AFTER = "offline", FRAMES // 2 - 1, FRAMES // 2
 ABOUT = {
     "summary": "Dual auto-encoder: a bidirectional recurrent one for place, a convolutional one for smoothness, over two seconds.",
     "source": "Li, Zhu, Wang and Liu, Dual auto-encoder network for human skeleton motion data optimisation, 2022",
