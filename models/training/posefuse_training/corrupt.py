@@ -177,11 +177,10 @@ def window(seen: np.ndarray, mask: np.ndarray, truth: np.ndarray, keep: slice = 
     return Window(pose.astype(np.float32), mask[:, keep], age.astype(np.float32), truth[:, keep])
 
 
-def newcomers(rng: np.random.Generator, made: Window, room: Room) -> None:
-    """Makes some of the windows of people who came late: their first pose is repeated with weight 0."""
-    frames = made.mask.shape[1]
+def newcomers(rng: np.random.Generator, made: Window, room: Room, before: int) -> None:
+    """Makes some of the windows of people who came late: up to `before` first poses are repeated ones, with weight 0."""
     for index in np.flatnonzero(rng.random(len(made.mask)) < room.young):
-        first = rng.integers(1, frames)
+        first = rng.integers(1, before + 1)
         made.pose[index, :first] = made.pose[index, first]
         made.mask[index, :first] = 0
         made.age[index, :first] = MAX_AGE_S

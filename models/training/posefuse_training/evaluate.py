@@ -24,14 +24,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     conditional = conditional_of(Prepared.load(options.data, "train"))
     methods = simple_methods(conditional, options.offline)
-    before = 45
+    longest = [45, 15]
     for path in options.model:
-        name, model, poses = onnx_model(Path(path))
-        methods[name] = lambda case, model=model, poses=poses: fill_offline(model, case, poses) if options.offline else fill_live(model, case, poses)
-        before = max(before, poses - 1)
+        name, model, before, after = onnx_model(Path(path))
+        methods[name] = lambda case, model=model, before=before, after=after: fill(model, case, before, after)
+        longest = [max(longest[0], before + 1), max(longest[1], after)]
     for split in ("held_out", "unseen"):
         print(f"\n{split}: mean mm after gaps of {', '.join(map(str, GAPS_S))} s")
-        print(as_text(table(Prepared.load(options.data, split), methods, before)))
+        print(as_text(table(Prepared.load(options.data, split), methods, *longest)))
     return 0
 
 
@@ -68,28 +68,24 @@ def against_best(result: dict[tuple[str, str], list[float]], name: str, simple_n
     return {part: np.array(result[part, name]) / best[part] for part in parts}
 
 
-def fill_live(model, case: Cases, poses: int, every: int = 1) -> np.ndarray:
-    """Runs a live model pose by pose through the gaps, as the engine does; between `every`-th poses straight lines."""
+def fill(model, case: Cases, before: int, after: int) -> np.ndarray:
+    """Runs a model pose by pose through the gaps, as the engine does; of one that fills its whole window the pose numbered `before`."""
     made = case.window()
-    chosen = list(range(0, case.gap, every))
-    if chosen[-1] != case.gap - 1:
-        chosen.append(case.gap - 1)
     filled = []
-    for step in chosen:
-        window = slice(case.before + step + 1 - poses, case.before + step + 1)
-        filled.append(model(made.pose[:, window], made.mask[:, window], made.age[:, window])[0][:, 0])
-    filled = np.stack(filled, axis=1)
-    if every == 1:
-        return filled
-    at = np.arange(case.gap)
-    right = np.clip(np.searchsorted(chosen, at), 1, len(chosen) - 1)
-    low, high = np.array(chosen)[right - 1], np.array(chosen)[right]
-    part = ((at - low) / (high - low))[None, :, None, None]
-    return filled[:, right - 1] * (1 - part) + filled[:, right] * part
+    for step in range(case.gap):
+        inside = slice(case.before + step - before, case.before + step + after + 1)
+        answer = model(made.pose[:, inside], made.mask[:, inside], made.age[:, inside])[0]
+        filled.append(answer[:, before if answer.shape[1] > 1 else 0])
+    return np.stack(filled, axis=1)
+
+
+def fill_live(model, case: Cases, poses: int) -> np.ndarray:
+    """The same of a live model with a window of `poses`."""
+    return fill(model, case, poses - 1, 0)
 
 
 def fill_offline(model, case: Cases, poses: int) -> np.ndarray:
-    """Runs an offline model once per stretch, with the gap in the middle of its window as far as the stretch allows."""
+    """Runs a model that fills its whole window once per stretch, with the gap in the middle as far as the stretch allows."""
     made = case.window()
     start = int(np.clip(case.before + case.gap // 2 - poses // 2, 0, made.mask.shape[1] - poses))
     window = slice(start, start + poses)
@@ -98,13 +94,17 @@ def fill_offline(model, case: Cases, poses: int) -> np.ndarray:
 
 
 def onnx_model(path: Path):
-    """(name, function of (pose, mask, age), poses in its window) of an exported model."""
+    """(name, function of (pose, mask, age), poses before and after the filled one) of an exported model with its manifest beside it."""
+    import tomllib
+
     import onnxruntime
+
+    with open(path.with_suffix(".toml"), "rb") as file:
+        manifest = tomllib.load(file)
 
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
     session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-    poses = session.get_inputs()[0].shape[1]
 
     def model(pose: np.ndarray, mask: np.ndarray, age: np.ndarray):
         parts = []
@@ -113,7 +113,7 @@ def onnx_model(path: Path):
             parts.append(session.run(None, {"pose": pose[rows], "mask": mask[rows], "age": age[rows]}))
         return [np.concatenate(column) for column in zip(*parts)]
 
-    return path.stem, model, poses
+    return path.stem, model, manifest["before"], manifest["after"]
 
 
 def torch_model(module):

@@ -132,18 +132,17 @@ def manifest(module, made, name, filled, onnx_digest, golden_digest, trained_on,
 def measured(module, made, data: Path) -> dict[str, float]:
     """The table of `evaluate` for this model: split_part_gap_mm."""
     from .cases import GAPS_S, error_mm
-    from .evaluate import fill_live, fill_offline, torch_model
+    from .evaluate import fill, torch_model
     from .joints import PARTS
 
-    model, poses = torch_model(module), made.BEFORE + 1 + made.AFTER
+    model = torch_model(module)
     figures = {}
     for split in ("held_out", "unseen"):
         prepared = Prepared.load(data, split)
         for part in PARTS:
             for gap_s in GAPS_S:
-                # An offline window has the gap in its middle; a live one ends with it.
-                case = cases(prepared, part, gap_s, poses, poses if made.KIND == "offline" else 0)
-                filled = (fill_live if made.KIND == "live" else fill_offline)(model, case, poses)
+                case = cases(prepared, part, gap_s, made.BEFORE + 1, max(made.AFTER, 15))
+                filled = fill(model, case, made.BEFORE, made.AFTER)
                 key = f"{split}_{part.replace(' ', '_')}_{str(gap_s).replace('.', '_')}s_mm"
                 figures[key] = round(error_mm(filled, case), 1)
     return figures

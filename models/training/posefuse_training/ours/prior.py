@@ -14,7 +14,7 @@ from ..joints import COUNT, mirrored
 from ..person import person_frame, sizes
 from ..recordings import Prepared, kind_of
 
-ITERATIONS = 16
+ITERATIONS = 9
 LAGS = (1, 2, 4, 8, 15, 30, 60)
 """Poses."""
 CHANGE = 2
@@ -123,11 +123,16 @@ class PosePrior(nn.Module):
         return torch.eye(self.basis.shape[1], device=self.basis.device)
 
     def _inverse(self, inner: Tensor) -> Tensor:
-        """Of identity + something of which `first_guess` knows how large it can be."""
+        """Of identity + something of which `first_guess` knows how large it can be.
+
+        Each step is scaled so that the largest errors to either side are the same, which halves the steps needed.
+        """
         eye = self._eye()
-        guess = 2 * self.first_guess * eye - self.first_guess**2 * inner
+        guess, error = self.first_guess * eye, 1 - self.first_guess
         for _ in range(ITERATIONS):
-            guess = torch.matmul(guess, 2 * eye - torch.matmul(inner, guess))
+            stretch = 2 / (2 - error * error)
+            guess = stretch * torch.matmul(guess, 2 * eye - torch.matmul(inner, guess))
+            error = error * error * stretch / 2
         return guess
 
 

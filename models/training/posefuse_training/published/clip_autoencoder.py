@@ -195,13 +195,13 @@ def conditional_legs(conditional, pose):
 
 KIND, BEFORE, AFTER = "offline", FRAMES // 2 - 1, FRAMES // 2
 ABOUT = {
-    "summary": "Clip auto-encoder: knees and ankles of two seconds of motion from the rest of the body; other joints stay where they were.",
+    "summary": "Clip auto-encoder: knees and ankles of two seconds of motion from the rest of the body; other joints stay where they were on the body.",
     "source": "Convolutional auto-encoder over 64 frames x 11 joints as an image, four leg joints removed",
 }
 
 
 class Fills(nn.Module):
-    """Knees and ankles by the network, feet in front of the ankles; everything else stays where it was last."""
+    """Knees and ankles by the network, feet in front of the ankles; everything else stays where it was last on the body."""
 
     def __init__(self, model, shape, foot):
         super().__init__()
@@ -212,6 +212,7 @@ class Fills(nn.Module):
 
     def forward(self, pose, mask, age):
         seen = (mask > 0.0).to(pose.dtype)
+        pose = g.riding(pose, seen)
         points, _, size = told(pose, seen, self.proportions, self.usual)
         out = from_image(self.model(to_image(given(points)))) * size.unsqueeze(-1).unsqueeze(-1)
         pelvis = pose[..., g.SPINE_BASE, :]

@@ -122,6 +122,21 @@ def scale_of(pose, seen, bones, proportions, usual):
     return ours / theirs
 
 
+def riding(pose, seen):
+    """A window `[N, T, 25, 3]` in which joints that were not `seen` `[N, T, 25]` go with the person, as they last stood in
+    the person's heading, instead of staying behind in the room."""
+    frame = upright_frame(leftward(pose, seen))
+    pelvis = pose[..., SPINE_BASE, :]
+    own = into(frame, pelvis, pose)
+    say = seen.unsqueeze(-1)
+    at = own[:, 0]
+    carried = [at]
+    for t in range(1, pose.shape[1]):
+        at = say[:, t] * own[:, t] + (1.0 - say[:, t]) * at
+        carried.append(at)
+    return out_of(frame, pelvis, torch.stack(carried, 1))
+
+
 def follow_hands(points, ratio_tip, ratio_thumb):
     """`points` `[..., 25, 3]` with hand tips and thumbs on the line of wrist and hand, at `ratio` hand lengths.
 

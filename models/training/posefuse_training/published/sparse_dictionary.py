@@ -124,9 +124,9 @@ def code(x, known, atoms, steps, stride):
 
 def strides(atoms):
     """The largest safe stride of each dictionary, `[G, 1, 1]`."""
-    top = torch.linalg.matrix_norm(atoms, ord=2)
+    top = torch.linalg.eigvalsh(torch.matmul(atoms, atoms.transpose(1, 2)))[:, -1]
     # The bone term's curvature is three at most: a triple's signs against themselves.
-    return (1.0 / (top.square() * (1.0 + 3.0 * LAMBDA_BONE))).view(-1, 1, 1)
+    return (1.0 / (top * (1.0 + 3.0 * LAMBDA_BONE))).view(-1, 1, 1)
 
 
 def recovered(bones, known, atoms, steps, stride):

@@ -1,0 +1,107 @@
+"""What the poses on one side of a hidden joint say of it: where it was, how it moved, what follows from that.
+
+Windows here end with the pose that is filled; for what comes after a gap they are turned round in time.
+"""
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from .. import RATE_HZ
+from ..joints import ARM_LEFT, ARM_RIGHT, COUNT, LEG_LEFT, LEG_RIGHT
+from .frames import Frames, look_back, turned_in
+from .prior import CHANGE, PosePrior
+
+CORE = list(range(21))
+"""Thumbs and finger tips follow the hand: they are filled, but nothing is learned from them."""
+GROUPS = (ARM_LEFT, ARM_RIGHT, LEG_LEFT, LEG_RIGHT, (0, 1, 2, 3, 4, 8, 12, 16, 20))
+"""Joints that are taken to be lost together."""
+SPEED_OVER = (2, 5)
+"""Poses before a joint was lost against which its speed is measured."""
+
+
+class Side(NamedTuple):
+    """Each (n, 25, 3) in own coordinates of the filled pose, but for the deviation (n, 25)."""
+
+    last: Tensor
+    """Where it was seen, against the person."""
+    in_room: Tensor
+    """The same place in the room."""
+    speeds: list[Tensor]
+    """Against the person, per second, over each of `SPEED_OVER`; away from the side."""
+    room_speed: Tensor
+    mean: Tensor
+    """Given what is measured in the filled pose."""
+    offset: Tensor
+    """How far it was from such a mean when it was seen."""
+    carried: Tensor
+    """Mean given what is measured and how all moved when it was seen."""
+    deviation: Tensor
+    """Of that."""
+
+
+def group_matrix() -> Tensor:
+    """(groups, 25)."""
+    matrix = torch.zeros(len(GROUPS), COUNT)
+    for index, joints in enumerate(GROUPS):
+        matrix[index, list(joints)] = 1
+    return matrix
+
+
+def side_of(prior: PosePrior, group: Tensor, whole: Frames, own: Tensor, pose: Tensor, mask: Tensor, steps: Tensor) -> Side:
+    """What a window (n, t, 25, 3) says whose last pose is filled; `steps` (n, 25) poses ago each joint was seen."""
+    poses = own.shape[1]
+    looks = look_back(steps, poses)
+    last = _pick(looks, own)
+    place = _pick(looks, pose) - whole.origin[:, -1:]
+    in_room = turned_in(whole.forward[:, -1:], place) / whole.size[:, 0]
+    measured = (mask > 0).float().transpose(1, 2)[..., None]
+    speeds, room_speed = [], None
+    for back in SPEED_OVER:
+        earlier = look_back(steps + back, poses)
+        known = (torch.matmul(earlier[:, :, None], measured)[..., 0] > 0.5).float() * (RATE_HZ / back)
+        speeds.append((last - _pick(earlier, own)) * known)
+        if room_speed is None:
+            moved = (_pick(looks, pose) - _pick(earlier, pose)) * known
+            room_speed = turned_in(whole.forward[:, -1:], moved) / whole.size[:, 0]
+    return Side(last, in_room, speeds, room_speed, *_conditional(prior, group, own, mask[:, -1], steps))
+
+
+def _conditional(prior: PosePrior, group: Tensor, own: Tensor, mask: Tensor, steps: Tensor) -> tuple[Tensor, ...]:
+    poses = own.shape[1]
+    flat = own.flatten(2)
+    now = flat[:, -1]
+    lost = (steps[:, None] * group).amax(-1)
+    then = torch.matmul(look_back(lost, poses), flat)
+    earlier = torch.matmul(look_back(lost + CHANGE, poses), flat)
+    trust, information = prior.information(mask)
+    means = prior.given(trust, information, torch.cat([now[:, None], then], 1))
+    carried, deviation = prior.carried(trust, information, now, then, earlier, lost)
+
+    def of_own_group(values: Tensor) -> Tensor:
+        return (values * group[None, :, :, None]).sum(1)
+
+    offset = of_own_group((then - means[:, 1:]).reshape(-1, len(GROUPS), COUNT, 3))
+    carried = of_own_group(carried.reshape(-1, len(GROUPS), COUNT, 3))
+    return means[:, 0].reshape(-1, COUNT, 3), offset, carried, of_own_group(deviation[..., None])[..., 0]
+
+
+def history(usual: Tensor, whole: Frames, own: Tensor, mask: Tensor, speed_lags, pose_lags) -> list[Tensor]:
+    """How the joints, the person and their heading changed up to the last pose, and earlier poses; zero where not measured."""
+    newest = own.shape[1] - 1
+    speeds = [newest - lag for lag in speed_lags]
+    both = mask[:, speeds][..., CORE] * mask[:, -1:, CORE]
+    changed = (own[:, -1:, CORE] - own[:, speeds][:, :, CORE]) * both[..., None]
+    poses = [newest - lag for lag in pose_lags]
+    earlier = (own[:, poses][:, :, CORE] - usual[CORE]) * mask[:, poses][..., CORE][..., None]
+    forward = whole.forward[:, -1:]
+    way = turned_in(forward, whole.origin[:, -1:] - whole.origin[:, speeds]) / whole.size[:, :, 0]
+    then = whole.forward[:, speeds]
+    turn = torch.stack([(then * forward).sum(-1), then[..., 0] * forward[..., 1] - then[..., 1] * forward[..., 0]], -1)
+    return [changed.flatten(1), earlier.flatten(1), way.flatten(1), turn.flatten(1)]
+
+
+def _pick(weights: Tensor, values: Tensor) -> Tensor:
+    """For each joint its own pose: weights (n, 25, t), values (n, t, 25, 3) to (n, 25, 3)."""
+    return torch.matmul(weights[:, :, None], values.transpose(1, 2))[:, :, 0]

@@ -1,0 +1,128 @@
+"""The model for takes: two seconds before and two after in, the pose between them out.
+
+Like the causal one it weighs continuations and corrects them, but it knows both ends of a gap: straight lines and curves between
+them, in the room and against the person, and what poses before and poses after say of the pose between. What it adds vanishes at
+both ends.
+"""
+
+import torch
+from torch import Tensor, nn
+
+from .. import RATE_HZ
+from ..joints import COUNT
+from .causal import REACH_M, Told
+from .frames import Frames, frames
+from .network import Perceptron
+from .prior import PosePrior
+from .side import CORE, SPEED_OVER, Side, group_matrix, history, side_of
+
+BEFORE = AFTER = 63
+POSES = BEFORE + 1 + AFTER
+SPEED_LAGS = (2, 5, 12, 25)
+POSE_LAGS = (8, 16, 32, 56)
+CONTINUATIONS = 9
+FAR_S = 10.0
+"""Taken for the time to the next measurement where the window has none."""
+
+
+class TwoSided(nn.Module):
+    """Common interface: pose (n, 127, 25, 3), mask and age (n, 127, 25) to filled (n, 1, 25, 3) and sigma (n, 1, 25)."""
+
+    def __init__(self, width: int = 256, blocks: int = 2, dropout: float = 0.4, dropped_features: float = 0.3, latents: int = 28):
+        super().__init__()
+        self.prior = PosePrior(latents)
+        core = len(CORE)
+        by_side = 3 * core * (4 + len(SPEED_OVER) + len(SPEED_LAGS) + len(POSE_LAGS)) + 5 * len(SPEED_LAGS)
+        features = 2 * by_side + 3 * core * 4 + 7 * core + 2
+        self.network = Perceptron(features, width, blocks, COUNT * (3 + CONTINUATIONS + 1), dropout, dropped_features)
+        self.register_buffer("group", group_matrix(), persistent=False)
+
+    def begin(self, features: Tensor) -> None:
+        """Before training: standardises by these features, and leans on the continuation that is best by itself."""
+        self.network.standardise.fit(features)
+        with torch.no_grad():
+            self.network.last[1].bias.view(COUNT, -1)[:, 3 + CONTINUATIONS - 1] = 2.0
+
+    def forward(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Tensor, Tensor]:
+        told, middle = self.told(pose, mask, age)
+        own, sigma = self.answer(told)
+        return middle.room(own[:, None]), (sigma * middle.size[:, 0, 0])[:, None]
+
+    def told(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Told, Frames]:
+        """What the network is given, and the frame of the filled pose; nothing in it is trained."""
+        whole = frames(pose, mask, self.prior.usual)
+        own = whole.own(pose)
+        ahead = torch.arange(1, AFTER + 1, dtype=torch.float32, device=pose.device)[None, :, None]
+        hidden_ahead = (mask[:, BEFORE + 1 :] <= 0).float()
+        steps_left = (ahead + 10 * FAR_S * RATE_HZ * hidden_ahead).amin(1).clamp(max=FAR_S * RATE_HZ)
+        steps_left = steps_left * (mask[:, BEFORE] <= 0).float()
+        halves = []
+        for picked, steps in ((range(BEFORE + 1), age[:, BEFORE] * RATE_HZ), (range(POSES - 1, BEFORE - 1, -1), steps_left)):
+            order = list(picked)
+            half = Frames(whole.forward[:, order], whole.origin[:, order], whole.size)
+            sided = (half, own[:, order], mask[:, order])
+            halves.append((side_of(self.prior, self.group, half, own[:, order], pose[:, order], mask[:, order], steps), sided))
+        middle = Frames(whole.forward[:, BEFORE : BEFORE + 1], whole.origin[:, BEFORE : BEFORE + 1], whole.size)
+        return self.between(halves, own[:, BEFORE], mask[:, BEFORE], age[:, BEFORE], steps_left / RATE_HZ, middle), middle
+
+    def between(self, halves, now: Tensor, sure: Tensor, since: Tensor, until: Tensor, middle: Frames) -> Told:
+        """Continuations and features of the pose in the middle, from both sides."""
+        (past, past_poses), (next_, next_poses) = halves
+        hidden = (sure <= 0).float()[..., None]
+        # Without an end in sight the past alone counts.
+        near = (until < FAR_S).float() * (since < FAR_S).float() + 1e-6 * (since < FAR_S).float()
+        only_next = (since >= FAR_S).float() * (until < FAR_S).float()
+        share = (near * since / (since + until).clamp(min=1e-3) + only_next)[..., None]
+        ways = torch.stack(continued(past, next_, share, since[..., None], until[..., None]), 2)
+        ways = (1 - hidden)[..., None] * now[:, :, None] + hidden[..., None] * ways
+        features = [((past.mean - now) * (1 - hidden)), now * (1 - hidden), past.mean * hidden, (ways[:, :, -1] - ways[:, :, 0]) * hidden]
+        for side, seen in ((past, 1.0), (next_, (until < FAR_S).float()[..., None])):
+            told = [side.last - past.mean, side.offset, side.carried - past.mean, side.in_room - side.last]
+            told += [speed * 0.2 for speed in side.speeds]
+            features += [part * hidden * seen for part in told]
+        features = [part[:, CORE].flatten(1) for part in features]
+        for half, own, mask in (past_poses, next_poses):
+            features += history(self.prior.usual, half, own, mask, SPEED_LAGS, POSE_LAGS)
+        nearest = torch.where(until < FAR_S, torch.minimum(since, until), since)
+        features += [sure[:, CORE], torch.exp(-nearest[:, CORE] / 0.2), torch.exp(-since[:, CORE] / 0.6), torch.exp(-until[:, CORE] / 0.6)]
+        features += [share[:, CORE, 0], (since.clamp(max=3) + until.clamp(max=3))[:, CORE], (past.deviation * hidden[..., 0])[:, CORE]]
+        features += [middle.origin[:, 0, 2:3], middle.size[:, 0, 0]]
+        return Told(torch.cat(features, -1), ways, nearest, sure)
+
+    def answer(self, told: Told) -> tuple[Tensor, Tensor]:
+        """The filled pose (n, 25, 3) and its deviations (n, 25), own units."""
+        answer = self.network(told.features).reshape(-1, COUNT, 3 + CONTINUATIONS + 1)
+        belief = torch.softmax(answer[..., 3:-1], -1)
+        freedom = torch.maximum(1 - torch.exp(-told.seconds / 0.2), 1 - told.sure)
+        added = REACH_M * freedom[..., None] * torch.tanh(answer[..., :3])
+        scale = 0.006 + 0.15 * (1 - torch.exp(-told.seconds / 0.5)) + 0.01 * (1 - told.sure)
+        return (told.ways * belief[..., None]).sum(2) + added, scale * torch.exp(answer[..., -1].clamp(-2.5, 2.5))
+
+
+def continued(past: Side, next_: Side, share: Tensor, since: Tensor, until: Tensor) -> list[Tensor]:
+    """Ways from the last place to the next; `share` (n, 25, 1) of the time between them has gone."""
+    def line(a: Tensor, b: Tensor) -> Tensor:
+        return a + (b - a) * share
+
+    # Hermite's cubic; speeds are away from their side, and do not count far into a long gap.
+    span = (since + until).clamp(max=1.0)
+    out, back = span * share * (1 - share) ** 2, span * share**2 * (1 - share)
+    eased = share * share * (3 - 2 * share)
+
+    def curve(a: Tensor, b: Tensor, leaving: Tensor, arriving: Tensor) -> Tensor:
+        return a + (b - a) * eased + out * leaving + back * arriving
+
+    weight_past = 1 / (past.deviation**2 + 1e-8)[..., None]
+    weight_next = 1 / (next_.deviation**2 + 1e-8)[..., None] * (until < FAR_S).float()
+    weighted = (past.carried * weight_past + next_.carried * weight_next) / (weight_past + weight_next)
+    return [
+        line(past.last, next_.last),
+        line(past.in_room, next_.in_room),
+        curve(past.last, next_.last, past.speeds[0], next_.speeds[0]),
+        curve(past.in_room, next_.in_room, past.room_speed, next_.room_speed),
+        past.mean + line(past.offset, next_.offset),
+        past.carried,
+        line(past.carried, next_.carried),
+        curve(past.last, next_.last, past.speeds[1], next_.speeds[1]),
+        weighted,
+    ]
