@@ -104,7 +104,9 @@ def bone_rotation(rest, rest_side, bone, side):
     swing = shortest_turn(rest, bone)
     have = turn(swing, rest_side)
     want = unit(side - dot(side, bone) * bone + 1e-3 * have)
-    return multiply(shortest_turn(have, want), swing)
+    # About the bone and nothing else, also where the side points the opposite way.
+    twist = unit(torch.cat([1.0 + dot(have, want) + 1e-4, dot(cross(have, want), bone) * bone], -1))
+    return multiply(twist, swing)
 
 
 def scale_of(pose, seen, bones, proportions, usual):
