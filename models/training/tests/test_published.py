@@ -9,8 +9,8 @@ from posefuse_training.export import golden_windows  # noqa: E402
 from posefuse_training.published import clip_autoencoder as clip  # noqa: E402
 from posefuse_training.published import dual_autoencoder as dual  # noqa: E402
 from posefuse_training.published import geometry as g  # noqa: E402
-from posefuse_training.published import pose_resnet as resnet  # noqa: E402
-from posefuse_training.published import sparse_dictionary as sparse  # noqa: E402
+from posefuse_training.published import pose_features, pose_resnet as resnet  # noqa: E402
+from posefuse_training.published import bone_code as code, sparse_dictionary as sparse  # noqa: E402
 from posefuse_training.published.experiment import savitzky_golay  # noqa: E402
 from posefuse_training.published.matrix_completion import completed  # noqa: E402
 
@@ -33,12 +33,12 @@ def test_frames_lead_there_and_back(walk):
 def test_rotations_turn_rest_bones_into_bones(walk):
     pose, seen = walk
     points, _, _ = resnet.to_waist(pose, seen, torch.ones(15), torch.tensor(0.25))
-    turns = resnet.rotations(points, torch.ones(points.shape[:-1]))
-    for joint, child in enumerate(resnet.CHILD):
+    turns = pose_features.rotations(points, torch.ones(points.shape[:-1]))
+    for joint, child in enumerate(pose_features.CHILD):
         if child < 0:
             continue
         bone = g.unit(points[..., child, :] - points[..., joint, :])
-        rest = torch.tensor(resnet.REST[joint]).expand_as(bone)
+        rest = torch.tensor(pose_features.REST[joint]).expand_as(bone)
         assert torch.allclose(g.turn(turns[..., joint, :], rest), bone, atol=2e-3), resnet.JOINTS[joint]
 
 
@@ -73,25 +73,25 @@ def test_the_filter_keeps_polynomials_of_its_order_and_calms_noise():
 
 
 def test_signed_squares_add_up_to_one_and_lead_back(walk):
-    bones, _ = sparse.bones_of(walk[0])
-    squares = sparse.signed_squares(bones)
+    bones, _ = code.bones_of(walk[0])
+    squares = code.signed_squares(bones)
     assert torch.allclose(squares.abs().sum(-1), torch.ones(squares.shape[:-1]), atol=1e-4)
-    assert torch.allclose(sparse.directions(squares), bones, atol=0.04)
+    assert torch.allclose(code.directions(squares), bones, atol=0.04)
 
 
 def test_parts_joined_in_threes_come_apart_again():
-    bones = torch.randn(5, sparse.WINDOW, 20, 3)
-    assert torch.allclose(sparse.joined(sparse.split(bones)), bones, atol=1e-5)
+    bones = torch.randn(5, code.WINDOW, 20, 3)
+    assert torch.allclose(code.joined(code.split(bones)), bones, atol=1e-5)
 
 
 def test_proximal_steps_go_down(walk):
-    bones, _ = sparse.bones_of(walk[0][:, :6])
-    x = sparse.split(sparse.signed_squares(bones))
+    bones, _ = code.bones_of(walk[0][:, :6])
+    x = code.split(code.signed_squares(bones))
     atoms = sparse.Dictionary(40).atoms.detach()
     known = torch.ones_like(x)
 
     def objective(steps):
-        alpha = sparse.code(x, known, atoms, steps, sparse.strides(atoms))
+        alpha = code.code(x, known, atoms, steps, code.strides(atoms))
         y = alpha @ atoms.transpose(1, 2)
         excess = y.reshape(len(y), -1, 72, 3).abs().sum(-1) - 1
         return (0.5 * (y - x).square().sum() + 0.2 * excess.square().sum() + 1e-4 * alpha.abs().sum()).item()
@@ -102,14 +102,14 @@ def test_proximal_steps_go_down(walk):
 @pytest.mark.parametrize("gone", [[6, 7], [5], [5, 6, 7, 9, 10, 11], [0, 12, 16], [13, 14, 15]])
 def test_placed_joints_keep_bones_and_measurements(walk, gone):
     pose = walk[0][:, 0]
-    along, lengths = sparse.bones_of(pose)
+    along, lengths = code.bones_of(pose)
     seen = torch.ones(3, 25)
     seen[:, gone] = 0.0
     wrong = g.unit(along + 0.3 * torch.randn(along.shape, generator=torch.Generator().manual_seed(1)))
-    out = sparse.placed(pose, seen, wrong, lengths, rounds=200)
+    out = code.placed(pose, seen, wrong, lengths, rounds=200)
     still = [j for j in range(21) if j not in gone]
     assert torch.equal(out[:, still], pose[:, still])
-    assert (sparse.bones_of(out)[1] - lengths).abs().max() < 1e-3
+    assert (code.bones_of(out)[1] - lengths).abs().max() < 1e-3
 
 
 def test_matrix_completion_completes_what_has_low_rank():

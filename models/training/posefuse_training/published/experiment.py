@@ -8,7 +8,7 @@ import numpy as np
 import torch
 
 from ..augment import Variation
-from ..fitting import Schedule, device, fit
+from ..fitting import Schedule, fit
 from ..joints import mirrored
 from ..recordings import Prepared
 
