@@ -1,10 +1,12 @@
-// Where the fused people go, and what each of them had to drop.
+// Where the fused people go, and what each of them had to drop; what fills in joints that no sensor sees.
 
 import { count } from "../model/format";
+import { repairLine } from "../model/repair";
 import { status } from "../state/store";
 
 export function Outputs() {
   const sinks = status.value?.sinks ?? [];
+  const repair = repairLine(status.value?.repair);
   return (
     <section class="panel" aria-labelledby="outputs-title">
       <header class="panel-head">
@@ -31,6 +33,11 @@ export function Outputs() {
             ))}
           </tbody>
         </table>
+      )}
+      {repair && (
+        <p class={repair.alert ? "repair-line alert" : "repair-line"} data-testid="repair" title={status.value?.repair?.trouble}>
+          Repair: {repair.text}
+        </p>
       )}
     </section>
   );
