@@ -155,6 +155,47 @@ pub fn check(rooms: &[Group]) -> Vec<Aim> {
     aims
 }
 
+/// What repair is to do in these rooms, for each run with it.
+pub fn check_repair(rooms: &[Group]) -> Vec<Aim> {
+    let mut aims = Vec::new();
+    for room in rooms {
+        for run in &room.runs {
+            let Some(effect) = &run.all.repair else {
+                continue;
+            };
+            let ratio = effect.with_mm.zip(effect.without_mm);
+            let ratio = ratio.map(|(with, without)| with / without);
+            let aim = |what: &str, measured, value: Option<f64>, limit: f64, aim: &str| Aim {
+                room: room.name.clone(),
+                figure: format!("{}: {what}", run.method),
+                measured,
+                unit: "mm",
+                aim: aim.to_owned(),
+                value: value.filter(|value| value.is_finite()),
+                limit,
+                met: value.is_some_and(|value| value <= limit),
+            };
+            aims.extend([
+                aim(
+                    "hidden joints",
+                    effect.with_mm,
+                    ratio,
+                    0.7,
+                    "0.7 without it",
+                ),
+                aim(
+                    "seen joints moved by",
+                    effect.most_changed_mm,
+                    effect.most_changed_mm,
+                    0.1,
+                    "0.1 mm",
+                ),
+            ]);
+        }
+    }
+    aims
+}
+
 fn aim(room: &Group, wanted: &Wanted, against: Against) -> Aim {
     let figures = |method: &str| room.of(method).map(|run| &run.all);
     let measured = figures(wanted.method).and_then(wanted.value);

@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use posefuse_fusion::{Engine, Input, Output};
+use posefuse_fusion::{Engine, Input, OcclusionModel, Output, RepairModel};
 use posefuse_skeleton::{RoomFrame, Timestamp};
 
-use crate::methods::Method;
+use crate::methods::{Method, ModelBeside};
 
 /// Smoothing goes back over so many frames at a time, and no frame but the last ones is smoothed by less: 3 s at 30 Hz.
 const SMOOTH_FRAMES: usize = 90;
@@ -36,6 +36,16 @@ pub(crate) fn fuse_watched(
     if method.smooth {
         engine.smooth_over(SMOOTH_FRAMES);
     }
+    let mut model = method.model.as_ref().map(ModelBeside::make);
+    if let Some(model) = &model {
+        engine.handle(Input::RepairModel(Some(RepairModel {
+            name: model.name().to_owned(),
+            needs: model.needs(),
+        })));
+    }
+    let mut drain = |engine: &mut Engine, frames: &mut Vec<RoomFrame>| {
+        drain(engine, model.as_deref_mut(), frames)
+    };
     let mut deadline = drain(&mut engine, &mut frames);
     for (time, input) in inputs {
         let (Ok(shown) | Err(shown)) = &input;
@@ -68,12 +78,24 @@ pub(crate) fn fuse_watched(
     busy
 }
 
-fn drain(engine: &mut Engine, frames: &mut Vec<RoomFrame>) -> Option<Timestamp> {
+/// Takes all outputs. A model beside the engine answers at once.
+fn drain(
+    engine: &mut Engine,
+    mut model: Option<&mut (dyn OcclusionModel + 'static)>,
+    frames: &mut Vec<RoomFrame>,
+) -> Option<Timestamp> {
     loop {
         match engine.poll() {
             Output::Frame(frame) => frames.push(frame),
-            // Nobody here answers; the engine goes on by itself when the request's deadline has passed.
-            Output::Rejected(_) | Output::Repair(_) => {}
+            Output::Rejected(_) => {}
+            Output::Repair(request) => {
+                let fills = model
+                    .as_mut()
+                    .map(|model| model.fill(&request.window, request.wanted.clone()));
+                // A model that fails answers nothing, and the engine's own stands in for it.
+                let fills = fills.and_then(Result::ok).unwrap_or_default();
+                engine.handle(Input::Repaired(Box::new(request.answer(fills))));
+            }
             Output::WakeAt(deadline) => return deadline,
         }
     }

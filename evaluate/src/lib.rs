@@ -16,6 +16,7 @@
 
 pub mod aims;
 mod alone;
+mod beside;
 mod compare;
 mod fuse;
 mod histogram;
@@ -35,11 +36,12 @@ mod truth;
 mod versus;
 
 pub use alone::{LeftOut, leave_one_out, left_out_alike};
+pub use beside::{Beside, RepairEffect};
 pub use compare::{Comparison, FURTHEST_MATCH_M, Pair, compare};
 pub use fuse::fuse;
 pub use histogram::Histogram;
 pub use judge::{Judge, Judged};
-pub use methods::{Method, PRESETS, REFERENCE, preset};
+pub use methods::{Method, ModelBeside, PRESETS, REFERENCE, preset};
 pub use metrics::{ErrorSpread, Metrics};
 pub use parallel::in_parallel;
 pub use report::{Group, Report, Run};

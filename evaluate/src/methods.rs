@@ -1,7 +1,10 @@
 //! The ways of fusing that are compared: configurations of the engine with a name. None of them makes anything up where no
 //! sensor sees a joint: what a repair adds is compared by itself.
 
-use posefuse_fusion::{Config, FuseMethod, RepairConfig};
+use std::fmt;
+use std::sync::Arc;
+
+use posefuse_fusion::{Config, FuseMethod, OcclusionModel, RepairConfig};
 
 /// A configuration with a name.
 #[derive(Clone, Debug)]
@@ -16,6 +19,53 @@ pub struct Method {
     pub poses_only: bool,
     /// Whether every frame is smoothed by what came after it, as takes are that are fused again: not for live use.
     pub smooth: bool,
+    /// The method that this one is but for what it makes up, by name.
+    pub repairs: Option<String>,
+    /// The model beside the engine, where what is made up comes from one.
+    pub model: Option<ModelBeside>,
+}
+
+/// A model beside the engine, which answers at once. Every run has its own.
+#[derive(Clone)]
+pub struct ModelBeside(Arc<dyn Fn() -> Box<dyn OcclusionModel> + Send + Sync>);
+
+impl ModelBeside {
+    /// The model that `make` makes.
+    pub fn new(make: impl Fn() -> Box<dyn OcclusionModel> + Send + Sync + 'static) -> Self {
+        Self(Arc::new(make))
+    }
+
+    /// A new one.
+    pub(crate) fn make(&self) -> Box<dyn OcclusionModel> {
+        (self.0)()
+    }
+}
+
+impl fmt::Debug for ModelBeside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("ModelBeside")
+    }
+}
+
+impl Method {
+    /// The same method, and what no sensor sees is made up by `repair` (a name as in `repair.model`): by the engine itself
+    /// or by `model`.
+    #[must_use]
+    pub fn with_repair(&self, repair: &str, model: Option<ModelBeside>) -> Self {
+        let mut config = self.config.clone();
+        config.repair = RepairConfig {
+            model: repair.to_owned(),
+            ..RepairConfig::default()
+        };
+        Self {
+            name: format!("{}+{repair}", self.name),
+            about: format!("{}; hidden joints by `{repair}`", self.about),
+            config,
+            repairs: Some(self.name.clone()),
+            model,
+            ..self.clone()
+        }
+    }
 }
 
 /// The name of reference A: Menard's mean, left and right put right.
@@ -87,5 +137,7 @@ pub fn preset(name: &str) -> Option<Method> {
         config,
         poses_only: matches!(*name, "mean" | REFERENCE),
         smooth: *name == "offline",
+        repairs: None,
+        model: None,
     })
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use posefuse_skeleton::Joint;
 use serde::Serialize;
 
+use crate::beside::RepairEffect;
 use crate::histogram::Histogram;
 use crate::tally::Tally;
 
@@ -85,6 +86,8 @@ pub struct Metrics {
     pub engine_us_per_frame: Option<f64>,
     /// How many times faster than live it went.
     pub times_real_time: Option<f64>,
+    /// What repair does, beside the same method without it.
+    pub repair: Option<RepairEffect>,
 }
 
 impl From<&Tally> for Metrics {
@@ -138,6 +141,7 @@ impl From<&Tally> for Metrics {
                 .filter(|_| tally.frames > 0)
                 .map(|busy| busy * 1e6 / tally.frames as f64),
             times_real_time: busy.map(|busy| tally.live_s / busy),
+            repair: tally.repair.effect(),
         }
     }
 }

@@ -6,9 +6,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use posefuse_fusion::{Engine, Input};
 use posefuse_simulator::{BodyTruth, Layout, Scenario, SensorErrors, World, WorldError};
-use posefuse_skeleton::{Calibration, JointMap, Observation, SensorId, SensorIdError, Timestamp};
+use posefuse_skeleton::{
+    Calibration, JointMap, Observation, RoomFrame, SensorId, SensorIdError, Timestamp,
+};
 use thiserror::Error;
 
+use crate::beside::beside;
 use crate::fuse::fuse_watched;
 use crate::judge::{Judge, Judged};
 use crate::methods::Method;
@@ -183,36 +186,30 @@ impl Suite<'_> {
         let truth = SimulatedTruth::new(&world, self.seconds);
         let from = SimulatedRoom::server_time(self.skip_s);
         let bound = truth.noise_bound_m(self.skip_s);
-        let cell = |(method, settings): (usize, &Method)| {
-            let calibration = match settings.poses_only {
-                true => poses_only.clone(),
-                false => calibration.clone(),
-            };
-            let first = (Timestamp::ZERO, Input::Calibration(Arc::new(calibration)));
-            let all = std::iter::once(first).chain(inputs.iter().cloned());
-            let mut judge = Judge::new(Some(&truth), from);
-            let mut swaps = Mean::default();
-            let busy = fuse_watched(
-                settings,
-                all.map(|(time, input)| (time, Ok(input))),
-                |engine, input| {
-                    if let Input::Observation(observation) = input {
-                        count_swaps(engine, observation, &bodies, &mut swaps);
-                    }
-                },
-                &mut |frame| judge.add(frame),
-            );
-            let mut judged = judge.finish();
-            let tally = &mut judged.tally;
-            tally.swaps_right = swaps;
-            if settings.smooth {
-                // No such frame was ever waited for.
-                tally.look_ahead = Mean::default();
+        let room = Room {
+            inputs,
+            bodies,
+            calibration,
+            poses_only,
+            truth,
+            from,
+        };
+        let mut cells: Vec<(Judged, Vec<RoomFrame>)> = self
+            .methods
+            .iter()
+            .map(|method| self.one(method, &room))
+            .collect();
+        for index in 0..cells.len() {
+            let plain = self.methods[index].repairs.as_ref();
+            let plain = plain.and_then(|name| self.methods.iter().position(|m| m.name == *name));
+            if let Some(plain) = plain {
+                let (without, with) = (&cells[plain].1, &cells[index].1);
+                cells[index].0.tally.repair = beside(without, with, &room.truth, from);
             }
-            tally.busy_s = busy.as_secs_f64();
-            tally.live_s = self.seconds;
+        }
+        let cell = |(method, (mut judged, _)): (usize, (Judged, Vec<RoomFrame>))| {
             if let Some(bound) = bound {
-                tally.bound.add(bound * bound);
+                judged.tally.bound.add(bound * bound);
             }
             Cell {
                 setting,
@@ -221,8 +218,59 @@ impl Suite<'_> {
                 judged,
             }
         };
-        Ok(self.methods.iter().enumerate().map(cell).collect())
+        Ok(cells.into_iter().enumerate().map(cell).collect())
     }
+
+    /// One method in one room: what it is worth and, where repair is to be laid beside it, its frames.
+    fn one(&self, method: &Method, room: &Room) -> (Judged, Vec<RoomFrame>) {
+        let calibration = match method.poses_only {
+            true => room.poses_only.clone(),
+            false => room.calibration.clone(),
+        };
+        let first = (Timestamp::ZERO, Input::Calibration(Arc::new(calibration)));
+        let all = std::iter::once(first).chain(room.inputs.iter().cloned());
+        let mut judge = Judge::new(Some(&room.truth), room.from);
+        let mut swaps = Mean::default();
+        let is_repaired = |other: &Method| other.repairs.as_ref() == Some(&method.name);
+        let keep = method.repairs.is_some() || self.methods.iter().any(is_repaired);
+        let mut frames = Vec::new();
+        let busy = fuse_watched(
+            method,
+            all.map(|(time, input)| (time, Ok(input))),
+            |engine, input| {
+                if let Input::Observation(observation) = input {
+                    count_swaps(engine, observation, &room.bodies, &mut swaps);
+                }
+            },
+            &mut |frame| {
+                if keep {
+                    frames.push(frame.clone());
+                }
+                judge.add(frame);
+            },
+        );
+        let mut judged = judge.finish();
+        let tally = &mut judged.tally;
+        tally.swaps_right = swaps;
+        if method.smooth {
+            // No such frame was ever waited for.
+            tally.look_ahead = Mean::default();
+        }
+        tally.busy_s = busy.as_secs_f64();
+        tally.live_s = self.seconds;
+        (judged, frames)
+    }
+}
+
+/// A simulated room, the same for every method.
+struct Room {
+    inputs: Vec<(Timestamp, Input)>,
+    bodies: Bodies,
+    calibration: Calibration,
+    /// The same, but for what a calibration finds besides where the sensors stand.
+    poses_only: Calibration,
+    truth: SimulatedTruth,
+    from: Timestamp,
 }
 
 /// What is true of the bodies of each observation, by its sensor and number.

@@ -236,6 +236,57 @@ pub const ALONE: [Column; 9] = [
     }),
 ];
 
+/// The columns of what repair does, of runs with it.
+pub const REPAIR: [Column; 9] = [
+    column(
+        "hidden",
+        "",
+        "joints hidden from every sensor that are there with repair and without it",
+        0,
+        |m| Some(m.repair.as_ref()?.hidden as f64),
+    ),
+    column("without", "mm", "their mean error without repair", 1, |m| {
+        m.repair.as_ref()?.without_mm
+    }),
+    column("with", "mm", "their mean error with repair", 1, |m| {
+        m.repair.as_ref()?.with_mm
+    }),
+    column(
+        "p95 without",
+        "mm",
+        "nineteen of twenty of them are nearer than this without repair",
+        0,
+        |m| m.repair.as_ref()?.without_p95_mm,
+    ),
+    column("p95 with", "mm", "the same with repair", 0, |m| {
+        m.repair.as_ref()?.with_p95_mm
+    }),
+    column(
+        "only with",
+        "",
+        "hidden joints that are there only with repair",
+        0,
+        |m| Some(m.repair.as_ref()?.only_with as f64),
+    ),
+    column("their error", "mm", "their mean error", 1, |m| {
+        m.repair.as_ref()?.only_with_mm
+    }),
+    column(
+        "seen, changed",
+        "%",
+        "joints that a sensor sees and that were measured, moved by repair by more than 0.1 mm",
+        3,
+        |m| m.repair.as_ref()?.changed.map(|share| share * 100.0),
+    ),
+    column(
+        "by at most",
+        "mm",
+        "the furthest that one was moved",
+        2,
+        |m| m.repair.as_ref()?.most_changed_mm,
+    ),
+];
+
 /// The rows of a table, headings and units first: `labels` name each row.
 pub fn rows<'a>(
     columns: &[Column],

@@ -2,6 +2,7 @@
 
 use posefuse_skeleton::JOINT_COUNT;
 
+use crate::beside::Beside;
 use crate::histogram::Histogram;
 
 /// A sum and how many went into it.
@@ -93,6 +94,8 @@ pub struct Tally {
     pub left_out_medians: Vec<f64>,
     /// How often left and right of a left-out sensor's body and of the others' fused person agree.
     pub left_out_sides: Mean,
+    /// What repair does to the joints of the same frames.
+    pub repair: Beside,
 }
 
 impl Tally {
@@ -137,5 +140,6 @@ impl Tally {
         self.busy_s += other.busy_s;
         self.live_s += other.live_s;
         self.left_out_medians.extend(&other.left_out_medians);
+        self.repair.merge(&other.repair);
     }
 }

@@ -8,6 +8,7 @@
 mod aims;
 mod gaps;
 mod motion;
+mod riding;
 mod score;
 mod split;
 mod table;
@@ -29,6 +30,7 @@ use score::Score;
 
 pub use gaps::{BodyPart, GAPS_S};
 pub use motion::Motion;
+pub use riding::Riding;
 pub use score::Figures;
 pub use split::{Split, Tests};
 pub use table::{FIGURES, Figure, rows};

@@ -158,6 +158,38 @@ fn longer_gaps_are_harder_and_everything_is_told() {
 }
 
 #[test]
+fn against_a_person_who_only_turns_and_walks_nothing_is_lost_by_riding_along() {
+    let still = &motions(true)[0].poses(false)[0];
+    let turned = |index: usize| {
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), index as f64 * 0.02);
+        let walk = Vector3::new(0.03 * index as f64, 0.0, 0.0);
+        let joints = Joint::ALL.into_iter().map(|joint| {
+            let at = turn * still[joint as usize] + walk;
+            (joint, posefuse_skeleton::Position::from_vector(at))
+        });
+        joints.collect()
+    };
+    let clip = Clip::new("x", 30.0, (0..200).map(turned).collect()).unwrap();
+    let trials = Trials {
+        motions: &Motion::of(clip, "x", Tests::Unseen),
+        quick: true,
+        threads: 1,
+    };
+    let contenders = Riding::ALL.map(|model| Contender {
+        model: Box::new(model),
+        about: model.about().to_owned(),
+        simple: true,
+        default: false,
+    });
+    for model in &trials.run(contenders.into(), &|_| {}).models {
+        for part in BodyPart::ALL {
+            let found = model.of(Tests::Unseen, part, 2.0).unwrap();
+            assert!(found.mean_mm.unwrap() < 1e-6, "{} {found:?}", model.name);
+        }
+    }
+}
+
+#[test]
 fn a_jump_and_a_stretched_bone_cut_a_recording() {
     let clip = |fault: &dyn Fn(
         usize,

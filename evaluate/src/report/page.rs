@@ -7,7 +7,7 @@ use super::{Group, Report, Run, plots};
 use crate::aims::{Aim, Matrix, in_matrix, matrix};
 use crate::methods::REFERENCE;
 use crate::metrics::Metrics;
-use crate::table::{Column, cell};
+use crate::table::{Column, REPAIR, cell, rows};
 use crate::versus::Versus;
 
 const STYLE: &str = include_str!("report.css");
@@ -177,6 +177,7 @@ fn section(report: &Report, group: &Group, plotted: bool, page: &mut String) {
         ),
     );
     table(report, group, page);
+    repair_table(group, page);
     if plotted {
         let what = match report.with_truth {
             true => "error",
@@ -262,6 +263,37 @@ fn table(report: &Report, group: &Group, page: &mut String) {
             }
         }
         page.push_str("</tr>");
+    }
+    page.push_str("</tbody></table></div>");
+}
+
+/// What repair does, where any run has it.
+fn repair_table(group: &Group, page: &mut String) {
+    let repaired = group.runs.iter().filter(|run| run.all.repair.is_some());
+    let mut repaired = repaired
+        .map(|run| (run.method.as_str(), &run.all))
+        .peekable();
+    if repaired.peek().is_none() {
+        return;
+    }
+    page.push_str("<h3>What repair does</h3>");
+    plain_table(&rows(&REPAIR, "", repaired), page);
+}
+
+/// A table of texts, whose first two rows are headings.
+pub(super) fn plain_table(rows: &[Vec<String>], page: &mut String) {
+    page.push_str("<div class=wide><table>");
+    for (index, row) in rows.iter().enumerate() {
+        let (open, close, tag) = match index {
+            0 => ("<thead>", "", "th"),
+            1 => ("", "</thead><tbody>", "th"),
+            _ => ("", "", "td"),
+        };
+        push(page, format_args!("{open}<tr>"));
+        for cell in row {
+            push(page, format_args!("<{tag}>{}</{tag}>", escaped(cell)));
+        }
+        push(page, format_args!("</tr>{close}"));
     }
     page.push_str("</tbody></table></div>");
 }

@@ -1,6 +1,6 @@
 //! The page about repair.
 
-use super::page::{END, aims, beginning, glossary, push};
+use super::page::{END, aims, beginning, glossary, plain_table, push};
 use super::svg::{Axis, COLOURS, Plot, escaped};
 use crate::repair::{FIGURES, Figure, GAPS_S, ModelRun, RepairReport, Tests, rows};
 
@@ -94,22 +94,9 @@ fn plot(report: &RepairReport, tests: Tests, live: bool) -> String {
 }
 
 fn table(report: &RepairReport, tests: Tests, figure: &Figure, page: &mut String) {
-    push(
-        page,
-        format_args!("<h3>{}</h3><div class=wide><table>", escaped(figure.name)),
-    );
-    for (index, row) in rows(report, tests, figure).iter().enumerate() {
-        let (open, close, tag) = match index {
-            0 => ("<thead>", "", "th"),
-            1 => ("", "</thead><tbody>", "th"),
-            _ => ("", "", "td"),
-        };
-        push(page, format_args!("{open}<tr>"));
-        for (column, cell) in row.iter().enumerate() {
-            let text = if (index, column) == (0, 0) { "" } else { cell };
-            push(page, format_args!("<{tag}>{}</{tag}>", escaped(text)));
-        }
-        push(page, format_args!("</tr>{close}"));
-    }
-    page.push_str("</tbody></table></div>");
+    push(page, format_args!("<h3>{}</h3>", escaped(figure.name)));
+    let mut rows = rows(report, tests, figure);
+    // It stands above the table.
+    rows[0][0].clear();
+    plain_table(&rows, page);
 }

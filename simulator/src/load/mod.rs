@@ -96,6 +96,29 @@ pub fn load(path: &Path) -> Result<Clip, LoadError> {
     }
 }
 
+/// All files below `folder` that look like motion by their names, in order.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn find(folder: &Path) -> Result<Vec<PathBuf>, LoadError> {
+    let unreadable = |source| LoadError::Unreadable {
+        path: folder.to_owned(),
+        source,
+    };
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        if path.is_dir() {
+            files.extend(find(&path)?);
+        } else if matches!(extension.as_deref(), Some("bvh" | "amc" | "txt" | "csv")) {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
 fn skeleton_of(amc: &Path, name: &str) -> Result<PathBuf, LoadError> {
     let subject = name.split('_').next().unwrap_or(name);
     let expected = amc.with_file_name(format!("{subject}.asf"));
