@@ -121,7 +121,8 @@ pub(super) fn weigh(
     all
 }
 
-fn weight(information: &Matrix3<f64>, off: Vector3<f64>) -> f64 {
+/// What something `off` by so much (metres) counts, 0..=1, where `information` (1/m^2) is what is known of it.
+pub(super) fn weight(information: &Matrix3<f64>, off: Vector3<f64>) -> f64 {
     let odd = 1.0 + off.dot(&(information * off)) / SCALE;
     (1.0 / (odd * odd)).max(LEAST_WEIGHT)
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use posefuse_skeleton::{JOINT_COUNT, SensorId};
 
-use super::evidence::{Reading, Word};
+use super::evidence::{Evidence, Reading, Word};
 use super::slow::SlowErrors;
 use super::{Moment, PersonFilter, Scratch};
 use crate::people::median;
@@ -20,18 +20,35 @@ const SLOW_SHARE: f64 = 0.2;
 
 impl PersonFilter {
     /// What is new of joint number `index` tells how far off each sensor is by habit.
-    pub(super) fn learn_slow(&mut self, index: usize, words: &[Word], readings: &[Reading]) {
-        let Some(known) = &self.joints[index] else {
+    ///
+    /// What it sees is compared with all that is new together, never with the prediction: what all sensors lie ahead of
+    /// that is the person's movement, and would else be learned as an error of each.
+    pub(super) fn learn_slow(
+        &mut self,
+        index: usize,
+        words: &[Word],
+        readings: &[Reading],
+        evidence: &Evidence,
+    ) {
+        let (Some(known), Some(spread)) = (&self.joints[index], evidence.information.try_inverse())
+        else {
             return;
         };
+        let together = spread * evidence.pull;
         let unsure = known.belief.place_covariance().trace() / 3.0;
         for word in words {
             let reading = &readings[word.reading];
-            if let (true, Some(slow)) = (reading.fresh, slow_of(&mut self.slow, reading.sensor)) {
-                let there = known.belief.place_at(-reading.age_s) + slow.of(index, word.sure).0;
+            let (true, Some(slow)) = (reading.fresh, slow_of(&mut self.slow, reading.sensor))
+            else {
+                continue;
+            };
+            if word.sure {
+                let noise = word.quick + spread.trace() / 3.0;
+                slow.learn(index, true, word.off - together, noise, word.weight);
+            } else {
+                let there = known.belief.place_at(-reading.age_s) + slow.of(index, false).0;
                 let off = reading.body.position[index] - there;
-                let weight = if word.sure { word.weight } else { 1.0 };
-                slow.learn(index, word.sure, off, word.quick + unsure, weight);
+                slow.learn(index, false, off, word.quick + unsure, 1.0);
             }
         }
     }

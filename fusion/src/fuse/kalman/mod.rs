@@ -2,9 +2,9 @@
 //!
 //! At every frame a joint's belief goes on to the frame's time (`motion`). Each sample that has come since is compared
 //! with where the belief says the joint was when the sample was taken, so that samples need not come together, in
-//! order, or on time. `hidden` finds what the person's own body hides, `evidence` weighs the sensors against each other, `slow` takes off what each is known to be off,
-//! `bones` lets neighbours say what they know, `joint` takes the sum in, `learn` finds out what the sensors are like,
-//! and `smooth` goes back for frames that wait.
+//! order, or on time. `hidden` finds what the person's own body hides, `evidence` weighs the sensors against each
+//! other, `slow` takes off what each is known to be off, `segments` and `bones` let neighbours say what they know,
+//! `joint` takes the sum in, `learn` finds out what the sensors are like, and `smooth` goes back for frames that wait.
 
 mod bones;
 mod evidence;
@@ -12,6 +12,7 @@ mod hidden;
 mod joint;
 mod learn;
 mod motion;
+mod segments;
 mod slow;
 mod smooth;
 mod state;
@@ -32,6 +33,7 @@ use evidence::{Evidence, Word, weigh};
 use hidden::Flesh;
 use joint::JointFilter;
 use motion::Motion;
+use segments::Segments;
 use slow::SlowErrors;
 use smooth::{Hindsight, Step};
 
@@ -45,6 +47,7 @@ const FINE_M: f64 = 0.003;
 pub(crate) struct PersonFilter {
     joints: [Option<JointFilter>; JOINT_COUNT],
     bones: Bones,
+    segments: Segments,
     /// In order of sensors.
     slow: Vec<SlowErrors>,
     /// Frames that may still be looked back at, oldest first; the newest is the present.
@@ -129,6 +132,7 @@ impl PersonFilter {
             tell_parts(index, &scratch.words[start..], readings, part);
         }
         self.bones.learn(&evidence);
+        self.segments.draw(&mut evidence, moment.elapsed_s);
         self.bones.draw(&mut evidence);
         let mut steps = [None; JOINT_COUNT];
         for (index, evidence) in evidence.iter().enumerate() {
@@ -137,7 +141,7 @@ impl PersonFilter {
                 continue;
             };
             steps[index] = self.take_in(index, moment, motion[index], evidence);
-            self.learn_slow(index, words, readings);
+            self.learn_slow(index, words, readings, evidence);
             if let Some(known) = &self.joints[index] {
                 give(index, known.estimate(evidence));
             }
@@ -302,6 +306,7 @@ impl PersonFilter {
 
     /// Exchanges left and right in those halves of the body that are set.
     pub(crate) fn mirror(&mut self, halves: Halves<bool>) {
+        self.segments.mirror(halves);
         for (left, right) in pairs(halves) {
             self.joints.swap(left, right);
             for past in &mut self.past {

@@ -33,11 +33,11 @@ pub(super) fn liveliness(joint: Joint) -> f64 {
     use Joint::*;
     match joint {
         SpineBase | SpineMid | SpineShoulder | Neck | Head | ShoulderLeft | ShoulderRight
-        | HipLeft | HipRight => 1.8,
-        ElbowLeft | ElbowRight | KneeLeft | KneeRight => 3.6,
-        AnkleLeft | AnkleRight | FootLeft | FootRight => 5.6,
+        | HipLeft | HipRight => 2.5,
+        ElbowLeft | ElbowRight | KneeLeft | KneeRight => 5.0,
+        AnkleLeft | AnkleRight | FootLeft | FootRight => 7.8,
         WristLeft | HandLeft | HandTipLeft | ThumbLeft | WristRight | HandRight | HandTipRight
-        | ThumbRight => 4.6,
+        | ThumbRight => 6.4,
     }
 }
 

@@ -1,8 +1,12 @@
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 
+use posefuse_skeleton::{JOINT_COUNT, SensorId, Timestamp};
+
 use super::motion::Motion;
 use super::smooth::{Hindsight, Step};
 use super::state::Belief;
+use super::{Estimate, Moment, PersonFilter, Reading, Scratch};
+use crate::body::Body;
 
 /// A reproducible number, normally distributed with variance 1.
 struct Normal(u64);
@@ -231,4 +235,57 @@ fn the_further_the_look_ahead_the_nearer_to_all() {
         .zip(&four)
         .all(|(a, b)| b.1.trace() <= a.1.trace() + 1e-12);
     assert!(better);
+}
+
+/// A body that sways, seen without any error by two sensors in turn.
+#[test]
+fn what_all_sensors_lie_ahead_is_movement_and_no_error_of_theirs() {
+    let at = |time_s: f64, index: usize| {
+        Vector3::new(
+            0.3 * (4.0 * time_s).sin(),
+            0.1 * index as f64,
+            1.0 + 0.05 * index as f64,
+        )
+    };
+    let sensors = [SensorId::new(0).unwrap(), SensorId::new(1).unwrap()];
+    let origins = [Vector3::new(3.0, 0.0, 1.0), Vector3::new(0.0, -3.0, 1.0)];
+    let mut filter = PersonFilter::default();
+    let (mut scratch, mut along, mut squares) = (Scratch::default(), 0.0, 0.0);
+    for frame in 0..300 {
+        let time_s = f64::from(frame) / 30.0;
+        let bodies = [0.011, 0.004].map(|age_s| {
+            let mut body = Body::default();
+            (0..JOINT_COUNT).for_each(|index| body.set(index, at(time_s - age_s, index), 1.0));
+            (age_s, body)
+        });
+        let readings: Vec<Reading> = bodies
+            .iter()
+            .zip(sensors.iter().zip(&origins))
+            .map(|((age_s, body), (sensor, origin))| Reading {
+                sensor: *sensor,
+                origin: *origin,
+                body,
+                age_s: *age_s,
+                fresh: true,
+                doubt: [0.0; 2],
+            })
+            .collect();
+        let moment = Moment {
+            time: Timestamp::from_seconds(time_s),
+            elapsed_s: 1.0 / 30.0,
+            trusted: 0.75,
+            keep: 0,
+        };
+        let give = |index: usize, estimate: Estimate| {
+            if frame > 90 {
+                let velocity = at(time_s + 0.001, index) - at(time_s - 0.001, index);
+                let off = at(time_s, index) - estimate.fused.position;
+                along += off.dot(&velocity) / 0.002;
+                squares += (velocity / 0.002).norm_squared();
+            }
+        };
+        filter.advance(&moment, &readings, &mut scratch, give, &mut |_| {});
+    }
+    let lag_s = along / squares;
+    assert!(lag_s.abs() < 0.01, "{lag_s} s behind");
 }
