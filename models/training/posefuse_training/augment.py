@@ -95,7 +95,7 @@ def turned(poses: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Each of the batch turned about the vertical through where it begins, and moved there."""
     middle = poses[:, :1, :1] * np.array([1, 1, 0], np.float32)
     turn = rotations(angles)
-    return np.einsum("bij,btkj->btki", turn, poses - middle)
+    return np.matmul((poses - middle).reshape(len(poses), -1, 3), turn.transpose(0, 2, 1)).reshape(poses.shape)
 
 
 def with_arms_of(poses: np.ndarray, others: np.ndarray, rng: np.random.Generator) -> np.ndarray:

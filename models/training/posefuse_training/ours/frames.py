@@ -13,6 +13,8 @@ from ..joints import BONES, INDEX, PARENTS
 
 TRUNK = [INDEX[name] for name in ("SpineBase", "SpineMid", "SpineShoulder", "Neck", "Head", "HipLeft", "HipRight", "ShoulderLeft", "ShoulderRight")]
 _NEVER = 1e-3
+BONE_STEP = 6
+"""Poses from one in which bones are measured to the next."""
 
 
 class Frames(NamedTuple):
@@ -43,7 +45,7 @@ def turned_in(forward: Tensor, vectors: Tensor) -> Tensor:
     x, y = forward[..., 0], forward[..., 1]
     ahead = x * vectors[..., 0] + y * vectors[..., 1]
     left = x * vectors[..., 1] - y * vectors[..., 0]
-    return torch.stack([ahead, left, vectors[..., 2] + 0 * ahead], -1)
+    return torch.stack([ahead, left, vectors[..., 2].expand_as(ahead)], -1)
 
 
 def turned_out(forward: Tensor, vectors: Tensor) -> Tensor:
@@ -51,7 +53,7 @@ def turned_out(forward: Tensor, vectors: Tensor) -> Tensor:
     x, y = forward[..., 0], forward[..., 1]
     first = x * vectors[..., 0] - y * vectors[..., 1]
     second = y * vectors[..., 0] + x * vectors[..., 1]
-    return torch.stack([first, second, vectors[..., 2] + 0 * first], -1)
+    return torch.stack([first, second, vectors[..., 2].expand_as(first)], -1)
 
 
 def frames(pose: Tensor, mask: Tensor, usual: Tensor) -> Frames:
@@ -65,7 +67,7 @@ def frames(pose: Tensor, mask: Tensor, usual: Tensor) -> Frames:
     left = hips * (pose[..., 12, :2] - pose[..., 16, :2]) + shoulders * (pose[..., 4, :2] - pose[..., 8, :2])
     left = left / torch.sqrt((left * left).sum(-1, keepdim=True)).clamp(min=1e-6)
     forward = torch.stack([left[..., 1], -left[..., 0]], -1)
-    size = sizes(pose, mask, usual)
+    size = sizes(pose[:, ::BONE_STEP], mask[:, ::BONE_STEP], usual)
     trunk = (mask[..., TRUNK] > 0).float() + _NEVER
     offsets = turned_out(forward[:, :, None], usual[TRUNK] * size)
     implied = ((pose[..., TRUNK, :] - offsets) * trunk[..., None]).sum(2) / trunk.sum(2)[..., None]

@@ -41,20 +41,22 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--steps", type=int, default=30_000)
     parser.add_argument("--batch", type=int, default=256)
     parser.add_argument("--ends", type=int, default=4, help="windows cut from each drawn stretch")
-    parser.add_argument("--pool", type=int, default=96, help="batches kept to draw from")
-    parser.add_argument("--reuse", type=int, default=8, help="steps for each newly drawn batch")
+    parser.add_argument("--pool", type=int, default=300, help="batches kept to draw from")
+    parser.add_argument("--reuse", type=int, default=6, help="steps for each newly drawn batch")
     parser.add_argument("--rate", type=float, default=1e-3)
     parser.add_argument("--weight-decay", type=float, default=0.1)
-    parser.add_argument("--made", type=float, default=0.2, help="share of the simulator's own motion")
-    parser.add_argument("--mixed-arms", type=float, default=0.2)
+    parser.add_argument("--evenness", type=float, default=0.8, help="1: kinds of motion are drawn as often as there is of them; 0: all alike")
+    parser.add_argument("--made", type=float, default=0.1, help="share of the simulator's own motion")
+    parser.add_argument("--mixed-arms", type=float, default=0.1)
     parser.add_argument("--check-every", type=int, default=500)
+    parser.add_argument("--begin-with", type=Path, help="a run of the same shape whose weights to go on from")
     parser.add_argument("--leave-out", nargs="*", default=[], help="kinds of motion that validate instead of training")
 
 
 def train(options: argparse.Namespace, model: nn.Module, shape: Shape) -> None:
     """Trains `model`; with --leave-out the score is measured on those kinds, else on the held-out recordings."""
     prepared, validation = divided(Prepared.load(options.data, "train"), options.leave_out)
-    source = Source([(prepared, 1 - options.made), (Prepared.load(options.data, "made"), options.made)])
+    source = Source([(prepared, 1 - options.made), (Prepared.load(options.data, "made"), options.made)], options.evenness)
     variation = Variation(mixed_arms=options.mixed_arms)
     model.prior.fit(own_spans(prepared))
     rng = np.random.default_rng(options.seed)
@@ -66,7 +68,10 @@ def train(options: argparse.Namespace, model: nn.Module, shape: Shape) -> None:
 
     model.to(place)
     pool = Pool(draw, options.pool, options.reuse, rng)
-    model.begin(pool.lesson.told.features)
+    if options.begin_with:
+        model.load_state_dict(torch.load(options.begin_with / "best.pt", map_location=place, weights_only=True))
+    else:
+        model.begin(pool.features())
     methods = simple_methods(conditional_of(prepared), offline=shape.after > 0)
     tests = {"left out": validation} if options.leave_out else {"held out": Prepared.load(options.data, "held_out")}
     splits = {name: Checks(model, shape, prepared, methods) for name, prepared in tests.items()}
@@ -127,25 +132,38 @@ def lesson(model: nn.Module, pose: Tensor, mask: Tensor, age: Tensor, truth: Ten
 class Pool:
     """Lessons that are each used a few times: making one costs more than learning from it."""
 
-    def __init__(self, draw, batches: int, reuse: int, rng: np.random.Generator):
+    def __init__(self, draw, batches: int, reuse: int, rng: np.random.Generator, first: int = 24):
+        """Begins with `first` batches and grows to `batches`; then the oldest go."""
         self.draw, self.reuse, self.rng, self.used = draw, reuse, rng, 0
-        drawn = [draw() for _ in range(batches)]
-        self.batch = len(drawn[0].truth)
-        self.lesson = Lesson(Told(*(torch.cat(parts) for parts in zip(*(one.told for one in drawn)))), *(torch.cat(parts) for parts in list(zip(*drawn))[1:]))
-        self.oldest = 0
+        drawn = draw()
+        self.batch, self.batches, self.drawn = len(drawn.truth), batches, 0
+        self.parts = [torch.empty(batches * self.batch, *part.shape[1:], device=part.device) for part in _parts(drawn)]
+        self._keep(drawn)
+        for _ in range(min(first, batches) - 1):
+            self._keep(draw())
+
+    def _keep(self, drawn: Lesson) -> None:
+        begin = self.drawn % self.batches * self.batch
+        for old, new in zip(self.parts, _parts(drawn)):
+            old[begin : begin + self.batch] = new
+        self.drawn += 1
+
+    def features(self) -> Tensor:
+        return self.parts[0][: min(self.drawn, self.batches) * self.batch]
 
     def next(self) -> Lesson:
-        """A batch drawn at random; after each `reuse` of them the oldest lessons are replaced."""
+        """A batch drawn at random; every `reuse` of them a batch is added."""
         self.used += 1
-        count = len(self.lesson.truth)
         if self.used % self.reuse == 0:
-            fresh, rows = self.draw(), slice(self.oldest, self.oldest + self.batch)
-            for old, new in zip((*self.lesson.told, *self.lesson[1:]), (*fresh.told, *fresh[1:])):
-                old[rows] = new
-            self.oldest = (self.oldest + self.batch) % count
-        rows = torch.from_numpy(self.rng.integers(0, count, self.batch)).to(self.lesson.truth.device)
-        told = Told(*(part[rows] for part in self.lesson.told))
-        return Lesson(told, self.lesson.truth[rows], self.lesson.size[rows])
+            self._keep(self.draw())
+        count = min(self.drawn, self.batches) * self.batch
+        rows = torch.from_numpy(self.rng.integers(0, count, self.batch)).to(self.parts[0].device)
+        parts = [part[rows] for part in self.parts]
+        return Lesson(Told(*parts[:-2]), *parts[-2:])
+
+
+def _parts(one: Lesson) -> list[Tensor]:
+    return [*one.told, *one[1:]]
 
 
 def losses(model: nn.Module, given: Lesson) -> dict[str, Tensor]:

@@ -52,18 +52,18 @@ def group_matrix() -> Tensor:
 def side_of(prior: PosePrior, group: Tensor, whole: Frames, own: Tensor, pose: Tensor, mask: Tensor, steps: Tensor) -> Side:
     """What a window (n, t, 25, 3) says whose last pose is filled; `steps` (n, 25) poses ago each joint was seen."""
     poses = own.shape[1]
-    looks = look_back(steps, poses)
-    last = _pick(looks, own)
-    place = _pick(looks, pose) - whole.origin[:, -1:]
-    in_room = turned_in(whole.forward[:, -1:], place) / whole.size[:, 0]
-    measured = (mask > 0).float().transpose(1, 2)[..., None]
+    backs = torch.stack([steps] + [steps + back for back in SPEED_OVER], -1)
+    measured = (mask > 0).float()[..., None]
+    # One product for all: own place, place in the room, whether it was measured.
+    looks = torch.matmul(look_back(backs, poses), torch.cat([own, pose, measured], -1).transpose(1, 2))
+    last, place = looks[:, :, 0, :3], looks[:, :, 0, 3:6]
+    in_room = turned_in(whole.forward[:, -1:], place - whole.origin[:, -1:]) / whole.size[:, 0]
     speeds, room_speed = [], None
-    for back in SPEED_OVER:
-        earlier = look_back(steps + back, poses)
-        known = (torch.matmul(earlier[:, :, None], measured)[..., 0] > 0.5).float() * (RATE_HZ / back)
-        speeds.append((last - _pick(earlier, own)) * known)
+    for index, back in enumerate(SPEED_OVER, start=1):
+        known = (looks[:, :, index, 6:] > 0.5).float() * (RATE_HZ / back)
+        speeds.append((last - looks[:, :, index, :3]) * known)
         if room_speed is None:
-            moved = (_pick(looks, pose) - _pick(earlier, pose)) * known
+            moved = (place - looks[:, :, index, 3:6]) * known
             room_speed = turned_in(whole.forward[:, -1:], moved) / whole.size[:, 0]
     return Side(last, in_room, speeds, room_speed, *_conditional(prior, group, own, mask[:, -1], steps))
 
@@ -101,7 +101,3 @@ def history(usual: Tensor, whole: Frames, own: Tensor, mask: Tensor, speed_lags,
     turn = torch.stack([(then * forward).sum(-1), then[..., 0] * forward[..., 1] - then[..., 1] * forward[..., 0]], -1)
     return [changed.flatten(1), earlier.flatten(1), way.flatten(1), turn.flatten(1)]
 
-
-def _pick(weights: Tensor, values: Tensor) -> Tensor:
-    """For each joint its own pose: weights (n, 25, t), values (n, t, 25, 3) to (n, 25, 3)."""
-    return torch.matmul(weights[:, :, None], values.transpose(1, 2))[:, :, 0]
