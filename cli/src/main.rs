@@ -13,6 +13,7 @@ mod offline;
 mod output;
 mod paths;
 mod progress;
+mod repair;
 mod room;
 mod shutdown;
 mod takes_folder;

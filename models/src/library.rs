@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use posefuse_fusion::nearest_name;
+use posefuse_fusion::{SimpleModel, nearest_name};
 use serde::Deserialize;
 
 use crate::{Config, Kind, ModelFile, Refused};
@@ -87,7 +87,10 @@ impl Library {
     }
 
     fn unknown(&self, name: &str) -> Refused {
-        let known = self.names();
+        let simple = SimpleModel::ALL
+            .into_iter()
+            .map(|model| model.label().to_owned());
+        let known: Vec<String> = simple.chain(self.names()).collect();
         Refused::Unknown {
             name: name.to_owned(),
             nearest: nearest_name(name, known.iter().map(String::as_str)).map(str::to_owned),

@@ -42,7 +42,9 @@ pub use name::check_take_name;
 pub use reader::{Entries, Entry, TakeReader};
 pub use record::{Event, Recorded, RecordedRejection, TruePerson, Truth};
 pub use recover::{Recovery, RecoveryOutcome, recover};
-pub use refuse::{FrameDifference, RefuseOptions, RefuseProgress, RefuseReport, refuse};
+pub use refuse::{
+    FrameDifference, RefuseOptions, RefuseProgress, RefuseReport, refuse, refuse_with,
+};
 pub use storage::{Append, DiskStorage, MemoryStorage, ReadAt, Storage, Stored};
 pub use topic::Topic;
 pub use writer::{Flushed, TakeOptions, TakeWriter};

@@ -5,13 +5,19 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use clap::Args;
-use posefuse_session::{DiskStorage, RefuseOptions, RefuseReport, Storage, refuse};
+use posefuse_fusion::{OcclusionModel, parse_toml};
+use posefuse_models::Kind;
+use posefuse_server::Config;
+use posefuse_session::{
+    DiskStorage, RefuseOptions, RefuseReport, Storage, TakeReader, refuse_with,
+};
 use serde::Serialize;
 
 use crate::commands::server::read_config;
 use crate::failure::{Outcome, usage};
 use crate::global::Global;
 use crate::output::{Style, line, paint};
+use crate::repair::{self, Repair};
 use crate::takes_folder::{Located, TakesFolder};
 use crate::views::TakeView;
 use crate::{output, progress};
@@ -31,6 +37,8 @@ pub(crate) struct RefuseArgs {
     /// Smooth every frame by what came after it (fusing method `kalman`): what only a recording allows
     #[arg(long)]
     smooth: bool,
+    #[arg(long, value_name = "MODEL", help = repair::HELP)]
+    repair: Option<String>,
     /// The new take's name [default: the old one's with -refused]
     #[arg(long, value_name = "NAME")]
     out: Option<String>,
@@ -54,13 +62,13 @@ struct RefuseView {
 
 pub(crate) fn run(args: &RefuseArgs, global: &Global) -> anyhow::Result<Outcome> {
     let located = args.takes.find(&args.take)?;
+    let config = args.config.as_deref().map(read_config).transpose()?;
+    // Says what can be done about a take that cannot be read.
+    let old = located.open()?;
+    let mut repair = args.repairing(config.as_ref(), &old)?;
     let options = RefuseOptions {
-        config: args
-            .config
-            .as_deref()
-            .map(read_config)
-            .transpose()?
-            .map(|config| config.fusion),
+        config: config.map(|config| config.fusion),
+        repair: args.repair.as_ref().map(|_| repair.name.clone()),
         calibration: args
             .calibration
             .as_deref()
@@ -70,15 +78,15 @@ pub(crate) fn run(args: &RefuseArgs, global: &Global) -> anyhow::Result<Outcome>
         smooth: args.smooth,
         name: args.out.clone(),
     };
-    // Says what can be done about a take that cannot be read.
-    located.open()?;
     let storage: Arc<dyn Storage> = Arc::new(DiskStorage::new(&located.folder)?);
     let bar = progress::bar(1, "fusing");
     let mut show = |progress: posefuse_session::RefuseProgress| {
         bar.set_length(progress.total.max(1));
         bar.set_position(progress.done);
     };
-    let report = refuse(&storage, &located.name, &options, &mut show);
+    let model = repair.model.as_mut();
+    let model = model.map(|model| model as &mut dyn OcclusionModel);
+    let report = refuse_with(&storage, &located.name, &options, model, &mut show);
     bar.finish_and_clear();
     let report = report?;
     if global.json {
@@ -92,6 +100,39 @@ pub(crate) fn run(args: &RefuseArgs, global: &Global) -> anyhow::Result<Outcome>
     } else {
         Outcome::Done
     })
+}
+
+impl RefuseArgs {
+    /// What fills in: as the command line says, else as the configuration does. Recorded answers need no model.
+    fn repairing(&self, config: Option<&Config>, old: &TakeReader) -> anyhow::Result<Repair> {
+        let models = config
+            .map(|config| config.models.clone())
+            .unwrap_or_default();
+        let kind = match self.smooth {
+            true => Kind::Offline,
+            false => Kind::Live,
+        };
+        if let Some(name) = &self.repair {
+            return Repair::find(name, kind, &models)
+                .map_err(|refused| usage(format!("--repair: {refused}")));
+        }
+        let recorded = || parse_toml::<posefuse_fusion::Config>(&old.header().config_toml).ok();
+        let fusion = config.map(|config| config.fusion.clone()).or_else(recorded);
+        let name = fusion.unwrap_or_default().repair.model;
+        if !self.changes() {
+            return Ok(Repair { name, model: None });
+        }
+        Repair::find(&name, kind, &models).or_else(|refused| {
+            output::warn(&format!("a simple model fills in: {refused}"));
+            Ok(Repair { name, model: None })
+        })
+    }
+
+    /// Whether other frames may come than the recorded ones.
+    fn changes(&self) -> bool {
+        let other = self.config.is_some() || self.calibration.is_some();
+        other || self.smooth || self.repair.is_some()
+    }
 }
 
 /// Reads a calibration file. A mistake in it is a wrong usage.
@@ -177,8 +218,7 @@ fn tell(report: &RefuseReport, located: &Located, args: &RefuseArgs) -> anyhow::
             first.after + 1
         ))?,
     }
-    let changed = args.config.is_some() || args.calibration.is_some() || args.smooth;
-    if !changed && !report.identical {
+    if !args.changes() && !report.identical {
         output::warn(if report.from_snapshot {
             "with the same settings and build every frame should be the same; please report this take"
         } else {

@@ -31,6 +31,10 @@ pub(crate) struct ServerArgs {
     /// The file the calibration is kept in [default: ~/.local/share/posefuse/calibration.toml]
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
+    /// What fills in joints that no sensor sees: `auto`, `none`, a simple model (hold, damped, gaussian) or a network's name
+    /// (`posefuse doctor` lists them)
+    #[arg(long, value_name = "MODEL")]
+    repair: Option<String>,
     /// Print every setting with its default, as TOML, and end
     #[arg(long)]
     print_config: bool,
@@ -88,6 +92,12 @@ fn configured(args: &ServerArgs) -> anyhow::Result<Config> {
     }
     if let Some(file) = &args.calibration {
         config.calibration.file = file.clone();
+    }
+    if let Some(model) = &args.repair {
+        config.fusion.repair.model = model.clone();
+        config
+            .validate()
+            .map_err(|error| usage(format!("--repair: {error}")))?;
     }
     Ok(config)
 }

@@ -6,6 +6,7 @@ mod agents;
 mod calibration;
 mod calibrations;
 mod fixture;
+mod repair;
 mod takes;
 mod walk;
 mod watching;

@@ -1,14 +1,15 @@
 //! Fusing a take again: with other settings to improve it, or with the same ones to show that nothing is lost.
 //!
 //! With the recorded configuration and calibration the recorded ticks are replayed as they are. With others the
-//! engine asks for its own: ticks are made wherever its deadline lies before the next input.
+//! engine asks for its own: ticks are made wherever its deadline lies before the next input. The same with what a model
+//! beside the engine made up: recorded answers are replayed, or another model answers, at once.
 
 mod compare;
 mod plan;
 
 use std::sync::Arc;
 
-use posefuse_fusion::{Config, Engine, Input, Output};
+use posefuse_fusion::{Config, Engine, Input, OcclusionModel, Output, RepairModel, RepairRequest};
 use posefuse_skeleton::{Calibration, Timestamp};
 
 use compare::Comparison;
@@ -35,6 +36,8 @@ pub struct RefuseOptions {
     pub config: Option<Config>,
     /// Another calibration, in place of every recorded one.
     pub calibration: Option<Calibration>,
+    /// What fills in joints that no sensor saw, as in `repair.model`; recorded answers are not used.
+    pub repair: Option<String>,
     /// This build; the take's snapshot is used only if the same build made it.
     pub build: String,
     /// Every frame is smoothed by what came after it, as far as the filter of `kalman` reaches; other methods have
@@ -86,15 +89,32 @@ pub struct FrameDifference {
     pub found: Option<(Timestamp, u64)>,
 }
 
-/// Fuses the take `name` again, into a new take.
+/// Fuses the take `name` again, into a new take. Where the recorded answers of a model beside the engine cannot be used,
+/// the engine's own simple models fill in.
 pub fn refuse(
     storage: &Arc<dyn Storage>,
     name: &str,
     options: &RefuseOptions,
     progress: &mut dyn FnMut(RefuseProgress),
 ) -> Result<RefuseReport> {
+    refuse_with(storage, name, options, None, progress)
+}
+
+/// The same with a model beside the engine. It is asked wherever the recorded answers cannot be used: with another
+/// configuration, calibration or repair, and when smoothing. It answers at once, so none of its answers is late.
+pub fn refuse_with(
+    storage: &Arc<dyn Storage>,
+    name: &str,
+    options: &RefuseOptions,
+    model: Option<&mut dyn OcclusionModel>,
+    progress: &mut dyn FnMut(RefuseProgress),
+) -> Result<RefuseReport> {
     let old = TakeReader::open(&**storage, name)?;
-    let (plan, mut engine) = Plan::new(&old, options)?;
+    let offered = model.as_ref().map(|model| RepairModel {
+        name: model.name().to_owned(),
+        needs: model.needs(),
+    });
+    let (plan, mut engine) = Plan::new(&old, options, offered)?;
     if options.smooth {
         engine.smooth_over(SMOOTH_FRAMES);
     }
@@ -132,20 +152,23 @@ pub fn refuse(
         writer,
         comparison: Comparison::with(old.entries(&[Topic::Frames], None), may_lack),
         smooth: options.smooth,
+        model: model.filter(|_| plan.own_answers),
         inputs: 0,
     };
     run.all(&old, &plan, progress).map_err(not_made)
 }
 
-struct Run {
+struct Run<'a> {
     engine: Engine,
     writer: TakeWriter,
     comparison: Comparison,
     smooth: bool,
+    /// Answers the engine's requests.
+    model: Option<&'a mut dyn OcclusionModel>,
     inputs: u64,
 }
 
-impl Run {
+impl Run<'_> {
     fn all(
         mut self,
         old: &TakeReader,
@@ -154,6 +177,9 @@ impl Run {
     ) -> Result<RefuseReport> {
         // A snapshot may hold frames that had not been taken yet.
         self.drain()?;
+        if let Some(model) = &plan.model_beside_snapshot {
+            self.input(Input::RepairModel(model.clone()))?;
+        }
         let total = old.count(Topic::Inputs);
         let mut skip = plan.recorded_beginning;
         for entry in old.entries(&[Topic::Inputs, Topic::Events, Topic::Truth], None) {
@@ -161,8 +187,8 @@ impl Run {
                 Recorded::Input(_) | Recorded::State(_) if skip > 0 => skip -= 1,
                 Recorded::Input(Input::Calibration(_)) if plan.other_calibration => {}
                 // With other frames the engine asks other things.
-                Recorded::Input(Input::RepairModel(_) | Input::Repaired(_))
-                    if plan.own_ticks || self.smooth => {}
+                Recorded::Input(Input::RepairModel(_) | Input::Repaired(_)) if plan.own_answers => {
+                }
                 Recorded::Input(input) if plan.own_ticks => self.input_with_own_ticks(input)?,
                 Recorded::Input(input) => self.input(input)?,
                 // The new take has all of its outputs.
@@ -227,11 +253,23 @@ impl Run {
                     self.comparison.frame(&frame, self.inputs)?;
                 }
                 Output::Rejected(rejection) => self.writer.rejection(&rejection)?,
-                // Answered by what was recorded.
-                Output::Repair(_) => {}
+                Output::Repair(request) => self.answer(&request)?,
                 Output::WakeAt(_) => return Ok(()),
             }
         }
+    }
+
+    /// Recorded answers come by themselves; a model that fails leaves the frame to the engine's own.
+    fn answer(&mut self, request: &RepairRequest) -> Result<()> {
+        let Some(model) = &mut self.model else {
+            return Ok(());
+        };
+        let fills = model.fill(&request.window, request.wanted.clone());
+        let answer = Input::Repaired(Box::new(request.answer(fills.unwrap_or_default())));
+        self.writer.input(&answer)?;
+        self.inputs += 1;
+        self.engine.handle(answer);
+        Ok(())
     }
 
     fn finish(self, from_snapshot: bool) -> Result<RefuseReport> {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use posefuse_fusion::{Config, Engine, Input, Output, parse_toml};
+use posefuse_fusion::{Config, Engine, Input, Output, RepairModel, parse_toml};
 use posefuse_skeleton::Calibration;
 
 use super::RefuseOptions;
@@ -14,6 +14,10 @@ pub(super) struct Plan {
     pub(super) calibration: Option<Calibration>,
     pub(super) other_calibration: bool,
     pub(super) own_ticks: bool,
+    /// Recorded answers of a model beside the engine cannot be used.
+    pub(super) own_answers: bool,
+    /// The model beside the engine from now on, where the snapshot may know another.
+    pub(super) model_beside_snapshot: Option<Option<RepairModel>>,
     pub(super) snapshot: Option<EngineState>,
     pub(super) preamble: Vec<Input>,
     /// Messages of `/inputs` before the first live one.
@@ -21,30 +25,34 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    pub(super) fn new(old: &TakeReader, options: &RefuseOptions) -> Result<(Self, Engine)> {
+    /// `model`: what could answer in place of the recording.
+    pub(super) fn new(
+        old: &TakeReader,
+        options: &RefuseOptions,
+        model: Option<RepairModel>,
+    ) -> Result<(Self, Engine)> {
         let header = old.header();
         let wrong = |problem: String| TakeError::Config {
             name: header.name.clone(),
             problem,
         };
         let recorded = parse_toml::<Config>(&header.config_toml);
-        let same_config = match (&options.config, &recorded) {
-            (Some(config), Ok(recorded)) => config == recorded,
-            (Some(_), Err(_)) => false,
-            (None, _) => true,
+        let mut config = match (&options.config, &recorded) {
+            (Some(config), _) => config.clone(),
+            (None, Ok(recorded)) => recorded.clone(),
+            (None, Err(error)) => {
+                return Err(wrong(format!(
+                    "{error}; this build does not know it, so give one"
+                )));
+            }
         };
-        let (config, config_toml) = match &options.config {
-            Some(config) if !same_config => {
-                let text =
-                    toml::to_string_pretty(config).map_err(|error| wrong(error.to_string()))?;
-                (config.clone(), text)
-            }
-            _ => {
-                let config = recorded.map_err(|error| {
-                    wrong(format!("{error}; this build does not know it, so give one"))
-                })?;
-                (config, header.config_toml.clone())
-            }
+        if let Some(name) = &options.repair {
+            config.repair.model = name.clone();
+        }
+        let same_config = recorded.is_ok_and(|recorded| recorded == config);
+        let config_toml = match same_config {
+            true => header.config_toml.clone(),
+            false => toml::to_string_pretty(&config).map_err(|error| wrong(error.to_string()))?,
         };
         config
             .validate()
@@ -72,6 +80,15 @@ impl Plan {
             }
             _ => exact.or_else(|| header.calibration.clone()),
         };
+        let own_ticks = !same_config || other_calibration || options.repair.is_some();
+        let own_answers = own_ticks || options.smooth;
+        let is_model = |input: &Input| matches!(input, Input::RepairModel(_));
+        let tells = own_answers && (model.is_some() || preamble.iter().any(is_model));
+        if own_answers {
+            preamble.retain(|input| !is_model(input));
+            preamble.extend(model.clone().map(|model| Input::RepairModel(Some(model))));
+        }
+        let model_beside_snapshot = (tells && restored.is_some()).then_some(model);
         let (engine, snapshot) = match restored {
             Some((engine, state)) => (engine, Some(state)),
             None => (cold(config, &preamble), None),
@@ -80,7 +97,9 @@ impl Plan {
             config_toml,
             calibration,
             other_calibration,
-            own_ticks: !same_config || other_calibration,
+            own_ticks,
+            own_answers,
+            model_beside_snapshot,
             snapshot,
             preamble,
             recorded_beginning,

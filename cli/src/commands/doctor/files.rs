@@ -15,12 +15,12 @@ use crate::takes_folder::TakesFolder;
 const FREE_BAD: u64 = 500_000_000;
 const FREE_DOUBTFUL: u64 = 5_000_000_000;
 
-/// `in_force` is what a running server says of its calibration; without one, the file that it would read counts.
+/// With the configuration that would be used. `in_force` is what a running server says of its calibration; without one, the file that it would read counts.
 pub(super) fn examine(
     config: Option<&Path>,
     takes: &TakesFolder,
     in_force: Option<Finding>,
-) -> Vec<Finding> {
+) -> (Vec<Finding>, Config) {
     let config_file = config.map_or_else(paths::default_config, Path::to_owned);
     let (config_finding, config) = configuration(&config_file, config.is_some());
     let configured = |pick: fn(Config) -> PathBuf| config.clone().map(pick);
@@ -30,12 +30,13 @@ pub(super) fn examine(
         .or_else(|| configured(|c| c.takes.folder));
     let folder = folder.unwrap_or_else(paths::default_takes);
     let calibration = configured(|c| c.calibration.file).unwrap_or_else(paths::default_calibration);
-    vec![
+    let findings = vec![
         config_finding,
         takes_folder(&folder),
         free_space(&folder),
         in_force.unwrap_or_else(|| calibration_file(&calibration)),
-    ]
+    ];
+    (findings, config.unwrap_or_default())
 }
 
 fn configuration(file: &Path, named: bool) -> (Finding, Option<Config>) {

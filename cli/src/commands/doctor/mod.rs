@@ -2,6 +2,7 @@
 
 mod files;
 mod machine;
+mod models;
 mod room;
 
 use std::path::PathBuf;
@@ -100,11 +101,9 @@ struct DoctorView<'a> {
 pub(crate) async fn run(args: &DoctorArgs, global: &Global) -> anyhow::Result<Outcome> {
     let mut findings = machine::examine();
     let (room, calibration) = room::examine(&args.server.server).await;
-    findings.extend(files::examine(
-        args.config.as_deref(),
-        &args.takes,
-        calibration,
-    ));
+    let (of_files, config) = files::examine(args.config.as_deref(), &args.takes, calibration);
+    findings.extend(of_files);
+    findings.extend(models::examine(&config.models));
     findings.extend(room);
     let worst = findings
         .iter()
