@@ -39,11 +39,27 @@ KERNEL = 9
 DROPOUT = 0.2
 
 
-class Recurrent(nn.Module):
+class Scaled(nn.Module):
+    """A network that works on z-scores of the features it is given and gives."""
+
+    def __init__(self, scores):
+        super().__init__()
+        mean, spread = scores if scores is not None else (torch.zeros(FEATURES), torch.ones(FEATURES))
+        self.register_buffer("mean", mean)
+        self.register_buffer("spread", spread)
+
+    def scored(self, x):
+        return (x - self.mean) / self.spread
+
+    def unscored(self, z):
+        return z * self.spread + self.mean
+
+
+class Recurrent(Scaled):
     """BRA: dense, dense, bidirectional LSTM; bidirectional LSTM, dense, dense. `[N, T, 63]` to the same."""
 
-    def __init__(self, features=FEATURES, dense=DENSE, lstm=LSTM):
-        super().__init__()
+    def __init__(self, scores=None, features=FEATURES, dense=DENSE, lstm=LSTM):
+        super().__init__(scores)
         self.enter = nn.Sequential(nn.Linear(features, dense), nn.ReLU(), nn.Dropout(DROPOUT), nn.Linear(dense, dense), nn.ReLU())
         self.encode = nn.LSTM(dense, lstm, batch_first=True, bidirectional=True)
         self.between = nn.Dropout(DROPOUT)
@@ -51,26 +67,26 @@ class Recurrent(nn.Module):
         self.leave = nn.Sequential(nn.Linear(2 * lstm, dense), nn.ReLU(), nn.Dropout(DROPOUT), nn.Linear(dense, features))
 
     def forward(self, x):
-        hidden, _ = self.encode(self.enter(x))
+        hidden, _ = self.encode(self.enter(self.scored(x)))
         told, _ = self.decode(self.between(hidden))
-        return self.leave(told)
+        return self.unscored(self.leave(told))
 
 
-class Convolutional(nn.Module):
+class Convolutional(Scaled):
     """CAE: one convolution over time, halved, and back. `[N, T, 63]` to the same."""
 
-    def __init__(self, features=FEATURES, hidden=HIDDEN, kernel=KERNEL):
-        super().__init__()
+    def __init__(self, scores=None, features=FEATURES, hidden=HIDDEN, kernel=KERNEL):
+        super().__init__(scores)
         self.drop = nn.Dropout(DROPOUT)
         self.conv = nn.Conv1d(features, hidden, kernel, padding=kernel // 2)
         self.back = nn.ConvTranspose1d(hidden, features, kernel + 1, stride=2, padding=kernel // 2)
 
     def encode(self, x):
         """The hidden units, `[N, hidden, T / 2]`."""
-        return torch.max_pool1d(torch.relu(self.conv(self.drop(x).transpose(1, 2))), 2)
+        return torch.max_pool1d(torch.relu(self.conv(self.drop(self.scored(x)).transpose(1, 2))), 2)
 
     def forward(self, x):
-        return self.back(self.encode(x)).transpose(1, 2)
+        return self.unscored(self.back(self.encode(x)).transpose(1, 2))
 
 
 class Chain(nn.Module):
@@ -170,7 +186,7 @@ def synthetic_noise(points, generator, rate_hz=30.0):
 
 GAIN = {"CAE": 33.1, "BRA": 25.5, "BRA-P": 12.2}
 """Per cent by which the dual auto-encoder was better than each, on synthetic noise, over the three measures."""
-BATCH, BATCHES = 32, 20
+BATCH, BATCHES, EPOCHS = 32, 20, 60
 
 
 def body(run: Experiment):
@@ -198,20 +214,31 @@ def train(run: Experiment, what, model, shape, noisy=True, perceptual=None):
     def score(model):
         return loss(answered(model, checked, torch.Generator().manual_seed(7)), checked.to(place)).item()
 
-    return run.fit(what, model, losses, score, early_stopping(BATCHES, rate=2e-3))
+    return run.fit(what, model, losses, score, early_stopping(BATCHES, epochs=EPOCHS, rate=2e-3, averaging=0.99))
 
 
-def networks(run: Experiment, shape):
-    """All that are compared, taught."""
-    perceptual = train(run, "perceptual", Convolutional(), shape, noisy=False)
+def scores_of(run: Experiment, shape):
+    """Mean and deviation of each feature over the windows that teach."""
+    points, _ = told(windows(run.teaching(), FRAMES, 16), torch.ones(1, FRAMES, 25), *shape)
+    flat = points.flatten(-2).flatten(0, 1)
+    return flat.mean(0), flat.std(0).clamp(min=0.02)
+
+
+def networks(run: Experiment, shape, wanted=("CAE", "BRA", "BRA-P", "dual")):
+    """Those that are compared, taught."""
+    scores = scores_of(run, shape)
+    perceptual = train(run, "perceptual", Convolutional(scores), shape, noisy=False)
     perceptual.requires_grad_(False).to(device())
-    bra_p = train(run, "bra-p", Recurrent(), shape, perceptual=perceptual)
-    models = {
-        "CAE": train(run, "cae", Convolutional(), shape),
-        "BRA": train(run, "bra", Recurrent(), shape),
-        "BRA-P": Chain(bra_p, perceptual),
-        "dual": train(run, "dual", Chain(Recurrent(), Convolutional()), shape, perceptual=perceptual),
-    }
+    models = {}
+    if "CAE" in wanted:
+        models["CAE"] = train(run, "cae", Convolutional(scores), shape)
+    if "BRA" in wanted:
+        models["BRA"] = train(run, "bra", Recurrent(scores), shape)
+    if "BRA-P" in wanted:
+        models["BRA-P"] = Chain(train(run, "bra-p", Recurrent(scores), shape, perceptual=perceptual), perceptual)
+    if "dual" in wanted:
+        chain = Chain(Recurrent(scores), Convolutional(scores))
+        models["dual"] = train(run, "dual", chain, shape, perceptual=perceptual)
     perceptual.cpu()
     return models
 
@@ -274,7 +301,7 @@ class Fills(nn.Module):
 def ship(run: Experiment, out) -> None:
     """Writes the model that ships."""
     shape = body(run)
-    model = networks(run, shape)["dual"].requires_grad_(False)
+    model = networks(run, shape, ("dual",))["dual"].requires_grad_(False)
     figures = {
         f"{split}_{name}".replace(" ", "_"): round(value, 2)
         for split in run.tests()
