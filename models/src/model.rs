@@ -39,6 +39,7 @@ impl NeuralModel {
             why,
             latency,
             session,
+            ..
         } = choose(file, config)?;
         Ok(Self {
             tensors: Tensors::of(&file.manifest),
