@@ -9,7 +9,7 @@ torch = pytest.importorskip("torch", reason="PyTorch is not installed: the model
 
 from people import walking
 from posefuse_training.corrupt import window
-from posefuse_training.joints import ARM_LEFT, LEG_LEFT, LEG_RIGHT, mirrored
+from posefuse_training.joints import ARM_LEFT, LEG_LEFT, LEG_RIGHT, MIRROR, mirrored
 from posefuse_training.ours.causal import POSES, Causal
 from posefuse_training.ours.frames import look_back
 from posefuse_training.ours.prior import PosePrior, own_spans
@@ -98,6 +98,21 @@ def test_several_windows_at_once_are_the_same_as_one_by_one(model):
     for row, given in enumerate((first, second)):
         for both, one in zip(together, model(*given)):
             assert torch.allclose(both[row : row + 1], one, atol=1e-4)
+
+
+@torch.no_grad()
+def test_a_committee_does_not_know_left_from_right(model):
+    seated = copy.deepcopy(model)
+    seated.seat([seated.network])
+    (pose, mask, age), _ = windows(model)
+    filled, sigma = seated(pose, mask, age)
+    image = torch.from_numpy(mirrored(pose.numpy()))
+    other, same = seated(image, mask[..., MIRROR], age[..., MIRROR])
+    assert np.abs(mirrored(other.numpy()) - filled.numpy()).max() < 1e-3
+    assert torch.allclose(same[..., MIRROR], sigma, atol=1e-3)
+    # One network alone does.
+    alone, _ = model(image, mask[..., MIRROR], age[..., MIRROR])
+    assert np.abs(mirrored(alone.numpy()) - model(pose, mask, age)[0].numpy()).max() > 1e-2
 
 
 @torch.no_grad()

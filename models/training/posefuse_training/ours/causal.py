@@ -13,6 +13,7 @@ from torch import Tensor, nn
 
 from .. import RATE_HZ
 from ..joints import COUNT
+from .committee import Committee
 from .frames import Frames, frames
 from .network import Perceptron
 from .prior import PosePrior
@@ -22,6 +23,11 @@ POSES = 64
 SPEED_LAGS = (2, 5, 10, 20, 40)
 POSE_LAGS = (8, 16, 24, 32, 44, 60)
 CONTINUATIONS = 8
+BLOCKS = [
+    ("vectors", 8 + len(SPEED_OVER) + len(SPEED_LAGS) + len(POSE_LAGS)), ("ways", len(SPEED_LAGS)), ("turns", len(SPEED_LAGS)),
+    ("scalars", 5), ("same", 2),
+]
+"""What the features are, in their order; see `committee.mirror_of`."""
 REACH_M = 0.3
 
 
@@ -47,6 +53,12 @@ class Causal(nn.Module):
         features = 3 * core * (8 + len(SPEED_OVER) + len(SPEED_LAGS) + len(POSE_LAGS)) + 5 * core + 5 * len(SPEED_LAGS) + 2
         self.network = Perceptron(features, width, blocks, COUNT * (3 + CONTINUATIONS + 1), dropout, dropped_features)
         self.register_buffer("group", group_matrix(), persistent=False)
+        self.members = 1
+
+    def seat(self, networks: list[nn.Module]) -> None:
+        """From now on these networks answer together, each also about the mirror image."""
+        self.network = Committee(networks, BLOCKS, COUNT * (3 + CONTINUATIONS + 1))
+        self.members = 2 * len(networks)
 
     def begin(self, features: Tensor) -> None:
         """Before training: standardises by these features, and leans on the continuation that is best by itself."""
@@ -68,12 +80,13 @@ class Causal(nn.Module):
 
     def answer(self, told: "Told") -> tuple[Tensor, Tensor]:
         """The newest pose (n, 25, 3) and its deviations (n, 25), own units."""
-        answer = self.network(told.features).reshape(-1, COUNT, 3 + CONTINUATIONS + 1)
-        belief = torch.softmax(answer[..., 3:-1], -1)
+        # One answer, or those of a committee.
+        answers = self.network(told.features).reshape(-1, self.members, COUNT, 3 + CONTINUATIONS + 1)
+        belief = torch.softmax(answers[..., 3:-1], -1).mean(1)
         freedom = torch.maximum(1 - torch.exp(-told.seconds / 0.15), 1 - told.sure)
-        added = REACH_M * freedom[..., None] * torch.tanh(answer[..., :3])
+        added = REACH_M * freedom[..., None] * torch.tanh(answers[..., :3]).mean(1)
         scale = 0.008 + 0.15 * (1 - torch.exp(-told.seconds / 0.5)) + 0.01 * (1 - told.sure)
-        return (told.ways * belief[..., None]).sum(2) + added, scale * torch.exp(answer[..., -1].clamp(-2.5, 2.5))
+        return (told.ways * belief[..., None]).sum(2) + added, scale * torch.exp(answers[..., -1].mean(1).clamp(-2.5, 2.5))
 
     def continuations(self, whole: Frames, own: Tensor, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Tensor, list[Tensor]]:
         """((n, 25, continuations, 3) in own coordinates, what the network is told)."""

@@ -245,24 +245,12 @@ def checked(model: nn.Module, splits: dict[str, Checks]) -> dict[str, float]:
     return result
 
 
-class Ensemble(nn.Module):
-    """The mean of several trained models; deviations add up with their disagreement."""
-
-    def __init__(self, models: list[nn.Module]):
-        super().__init__()
-        self.models = nn.ModuleList(models)
-
-    def forward(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Tensor, Tensor]:
-        answers = [model(pose, mask, age) for model in self.models]
-        filled = torch.stack([filled for filled, _ in answers]).mean(0)
-        spread = torch.stack([((one - filled) ** 2).mean(-1) + sigma**2 for one, sigma in answers]).mean(0)
-        return filled, torch.sqrt(spread)
-
-
 def load(runs: list[Path], kind: type[nn.Module]) -> nn.Module:
-    """The trained model of a run, or the ensemble of several."""
+    """The trained models of these runs as one: their networks answer together, with the first one's Gaussians."""
     models = [_one(run, kind) for run in runs]
-    return models[0] if len(models) == 1 else Ensemble(models)
+    whole = models[0]
+    whole.seat([model.network for model in models])
+    return whole.eval()
 
 
 def _one(run: Path, kind: type[nn.Module]) -> nn.Module:

@@ -6,6 +6,8 @@ inverted is small and near enough to the identity for Newton and Schulz's iterat
 runtime.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 import torch
 from torch import Tensor, nn
@@ -37,6 +39,17 @@ def own_spans(prepared: Prepared) -> list[tuple[np.ndarray, float]]:
     return spans
 
 
+class Anchor(NamedTuple):
+    """Poses at which joints were seen, for m groups of joints."""
+
+    pose: Tensor
+    """(n, m, 75) own coordinates."""
+    earlier: Tensor
+    """(n, m, 75) `CHANGE` poses further away."""
+    lag: Tensor
+    """(n, m) how many poses away."""
+
+
 class PosePrior(nn.Module):
     """Conditional means and deviations; its numbers are fitted, not trained."""
 
@@ -48,6 +61,7 @@ class PosePrior(nn.Module):
         self.register_buffer("precision", torch.ones(3 * COUNT))
         self.register_buffer("carry", torch.zeros(len(LAGS), latents, 2 * latents))
         self.register_buffer("spread", torch.zeros(len(LAGS), latents, latents))
+        self.register_buffer("said", torch.zeros(len(LAGS), latents, latents))
         self.register_buffer("first_guess", torch.ones(()))
 
     def fit(self, spans: list[tuple[np.ndarray, float]], noise_m: float = 0.015) -> None:
@@ -75,6 +89,9 @@ class PosePrior(nn.Module):
             root = np.linalg.cholesky(spread)
             self.carry[index] = torch.from_numpy(carry)
             self.spread[index] = torch.from_numpy(root)
+            # What a pose says of another that far away, beyond what is known of any pose.
+            strength, axes = np.linalg.eigh(np.linalg.inv(spread) - np.diag(1 / variance))
+            self.said[index] = torch.from_numpy((axes * strength.clip(0)) @ axes.T)
             largest = max(largest, np.linalg.eigvalsh(root.T @ seen @ root)[-1])
         whole = np.sqrt(variance)
         largest = max(largest, np.linalg.eigvalsh(whole[:, None] * seen * whole)[-1])
@@ -97,27 +114,57 @@ class PosePrior(nn.Module):
         pull = torch.matmul((own - self.mean) * trust[:, None], self.basis) * self.root_variance
         return self.mean + torch.matmul(torch.matmul(pull, self._inverse(inner)) * self.root_variance, self.basis.T)
 
-    def carried(self, trust: Tensor, information: Tensor, now: Tensor, then: Tensor, earlier: Tensor, lag: Tensor) -> tuple[Tensor, Tensor]:
-        """(mean (n, m, 75), deviation (n, m, 25)) of the pose `now` (n, 75), some joints of which `trust` says are measured.
-
-        Known is also that it was `then` (n, m, 75) `lag` (n, m) poses before, and `earlier` (n, m, 75) `CHANGE` poses before that.
-        """
-        latents = self.basis.shape[1]
-        before, change = torch.matmul(then - self.mean, self.basis), torch.matmul(then - earlier, self.basis)
-        share = _shares(lag)
-        carry = torch.matmul(share, self.carry.flatten(1)).reshape(*share.shape[:2], latents, 2 * latents)
-        root = torch.matmul(share, self.spread.flatten(1)).reshape(*share.shape[:2], latents, latents)
-        expected = torch.matmul(carry, torch.cat([before, change], -1)[..., None])[..., 0]
-        across = root.transpose(-1, -2)
-        inverse = self._inverse(self._eye() + torch.matmul(torch.matmul(across, information[:, None]), root))
+    def carried(self, trust: Tensor, information: Tensor, now: Tensor, anchor: "Anchor") -> tuple[Tensor, Tensor]:
+        """(mean (n, m, 75), deviation (n, m, 25)) of the pose `now` (n, 75), some joints of which `trust` says are measured, given
+        also what was at the anchor."""
+        expected, left = self.expected(anchor)
+        root = self._at(self.spread, anchor.lag)
+        inverse = self._inverse(self._eye() + torch.matmul(torch.matmul(root.transpose(-1, -2), information[:, None]), root))
         missed = (now - self.mean)[:, None] - torch.matmul(expected, self.basis.T)
-        pull = torch.matmul(across, torch.matmul(missed * trust[:, None], self.basis)[..., None])
-        settled = expected + torch.matmul(root, torch.matmul(inverse, pull))[..., 0]
-        left = then - self.mean - torch.matmul(before, self.basis.T)
-        mean = self.mean + torch.matmul(settled, self.basis.T) + left * torch.exp(-lag / FADES)[..., None]
+        return self._settled(expected, left * torch.exp(-anchor.lag / FADES)[..., None], root, inverse, torch.matmul(missed * trust[:, None], self.basis))
+
+    def between(self, trust: Tensor, information: Tensor, now: Tensor, past: "Anchor", next_: "Anchor", ends: Tensor) -> tuple[Tensor, Tensor]:
+        """The same given anchors on both sides; `ends` (n, m) is 0 where there is none to come.
+
+        The nearer anchor is what is expected beforehand, the other one counts as a measurement: so what is inverted stays near the
+        identity.
+        """
+        (from_past, left_past), (from_next, left_next) = self.expected(past), self.expected(next_)
+        ends = ends[..., None]
+        first = torch.maximum((past.lag <= next_.lag).float()[..., None], 1 - ends)
+        near, far = first * from_past + (1 - first) * from_next, first * from_next + (1 - first) * from_past
+        lag_near = first[..., 0] * past.lag + (1 - first[..., 0]) * next_.lag
+        root = self._at(self.spread, lag_near)
+        said = self._at(self.said, past.lag + next_.lag - lag_near) * ends[..., None]
+        known = information[:, None] + said
+        inverse = self._inverse(self._eye() + torch.matmul(torch.matmul(root.transpose(-1, -2), known), root))
+        missed = (now - self.mean)[:, None] - torch.matmul(near, self.basis.T)
+        pull = torch.matmul(missed * trust[:, None], self.basis)
+        pull = pull + torch.matmul(said, (far - near)[..., None])[..., 0] + ends * far / self.root_variance**2
+        share = (past.lag / (past.lag + next_.lag).clamp(min=1e-3))[..., None]
+        left = ends * (left_past * (1 - share) + left_next * share) + (1 - ends) * left_past * torch.exp(-past.lag / FADES)[..., None]
+        return self._settled(near, left, root, inverse, pull)
+
+    def expected(self, anchor: "Anchor") -> tuple[Tensor, Tensor]:
+        """(latents (n, m, latents) that follow from an anchor, what latents do not describe of it (n, m, 75))."""
+        latents = self.basis.shape[1]
+        before, change = torch.matmul(anchor.pose - self.mean, self.basis), torch.matmul(anchor.pose - anchor.earlier, self.basis)
+        share = _shares(anchor.lag)
+        carry = torch.matmul(share, self.carry.flatten(1)).reshape(*share.shape[:2], latents, 2 * latents)
+        left = anchor.pose - self.mean - torch.matmul(before, self.basis.T)
+        return torch.matmul(carry, torch.cat([before, change], -1)[..., None])[..., 0], left
+
+    def _settled(self, expected: Tensor, left: Tensor, root: Tensor, inverse: Tensor, pull: Tensor) -> tuple[Tensor, Tensor]:
+        gained = torch.matmul(root, torch.matmul(inverse, torch.matmul(root.transpose(-1, -2), pull[..., None])))[..., 0]
+        mean = self.mean + torch.matmul(expected + gained, self.basis.T) + left
         spans = torch.matmul(self.basis, root)
         variance = (torch.matmul(spans, inverse) * spans).sum(-1).clamp(min=0) + 1 / self.precision
-        return mean, torch.sqrt(variance.reshape(*share.shape[:2], COUNT, 3).mean(-1))
+        return mean, torch.sqrt(variance.reshape(*expected.shape[:2], COUNT, 3).mean(-1))
+
+    def _at(self, matrices: Tensor, lag: Tensor) -> Tensor:
+        """Of matrices fitted at `LAGS` what holds at `lag` (n, m): (n, m, latents, latents)."""
+        share = _shares(lag)
+        return torch.matmul(share, matrices.flatten(1)).reshape(*share.shape[:2], *matrices.shape[1:])
 
     def _eye(self) -> Tensor:
         return torch.eye(self.basis.shape[1], device=self.basis.device)

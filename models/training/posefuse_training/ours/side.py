@@ -11,7 +11,7 @@ from torch import Tensor
 from .. import RATE_HZ
 from ..joints import ARM_LEFT, ARM_RIGHT, COUNT, LEG_LEFT, LEG_RIGHT
 from .frames import Frames, look_back, turned_in
-from .prior import CHANGE, PosePrior
+from .prior import CHANGE, Anchor, PosePrior
 
 CORE = list(range(21))
 """Thumbs and finger tips follow the hand: they are filled, but nothing is learned from them."""
@@ -39,6 +39,8 @@ class Side(NamedTuple):
     """Mean given what is measured and how all moved when it was seen."""
     deviation: Tensor
     """Of that."""
+    anchor: Anchor
+    """The poses in which each group was seen."""
 
 
 def group_matrix() -> Tensor:
@@ -68,23 +70,22 @@ def side_of(prior: PosePrior, group: Tensor, whole: Frames, own: Tensor, pose: T
     return Side(last, in_room, speeds, room_speed, *_conditional(prior, group, own, mask[:, -1], steps))
 
 
-def _conditional(prior: PosePrior, group: Tensor, own: Tensor, mask: Tensor, steps: Tensor) -> tuple[Tensor, ...]:
+def _conditional(prior: PosePrior, group: Tensor, own: Tensor, mask: Tensor, steps: Tensor) -> tuple:
     poses = own.shape[1]
     flat = own.flatten(2)
     now = flat[:, -1]
     lost = (steps[:, None] * group).amax(-1)
-    then = torch.matmul(look_back(lost, poses), flat)
-    earlier = torch.matmul(look_back(lost + CHANGE, poses), flat)
+    anchor = Anchor(torch.matmul(look_back(lost, poses), flat), torch.matmul(look_back(lost + CHANGE, poses), flat), lost)
     trust, information = prior.information(mask)
-    means = prior.given(trust, information, torch.cat([now[:, None], then], 1))
-    carried, deviation = prior.carried(trust, information, now, then, earlier, lost)
+    means = prior.given(trust, information, torch.cat([now[:, None], anchor.pose], 1))
+    carried, deviation = prior.carried(trust, information, now, anchor)
+    offset = of_own_group(group, anchor.pose - means[:, 1:])
+    return means[:, 0].reshape(-1, COUNT, 3), offset, of_own_group(group, carried), (deviation * group).sum(1), anchor
 
-    def of_own_group(values: Tensor) -> Tensor:
-        return (values * group[None, :, :, None]).sum(1)
 
-    offset = of_own_group((then - means[:, 1:]).reshape(-1, len(GROUPS), COUNT, 3))
-    carried = of_own_group(carried.reshape(-1, len(GROUPS), COUNT, 3))
-    return means[:, 0].reshape(-1, COUNT, 3), offset, carried, of_own_group(deviation[..., None])[..., 0]
+def of_own_group(group: Tensor, poses: Tensor) -> Tensor:
+    """For each joint what the pose of its own group says: (n, groups, 75) to (n, 25, 3)."""
+    return (poses.reshape(-1, len(GROUPS), COUNT, 3) * group[None, :, :, None]).sum(1)
 
 
 def history(usual: Tensor, whole: Frames, own: Tensor, mask: Tensor, speed_lags, pose_lags) -> list[Tensor]:

@@ -11,16 +11,21 @@ from torch import Tensor, nn
 from .. import RATE_HZ
 from ..joints import COUNT
 from .causal import REACH_M, Told
+from .committee import Committee
 from .frames import Frames, frames
 from .network import Perceptron
 from .prior import PosePrior
-from .side import CORE, SPEED_OVER, Side, group_matrix, history, side_of
+from .side import CORE, SPEED_OVER, Side, group_matrix, history, of_own_group, side_of
 
 BEFORE = AFTER = 63
 POSES = BEFORE + 1 + AFTER
 SPEED_LAGS = (2, 5, 12, 25)
 POSE_LAGS = (8, 16, 32, 56)
-CONTINUATIONS = 9
+CONTINUATIONS = 10
+BLOCKS = [("vectors", 4 + 2 * (4 + len(SPEED_OVER)))]
+BLOCKS += 2 * [("vectors", len(SPEED_LAGS) + len(POSE_LAGS)), ("ways", len(SPEED_LAGS)), ("turns", len(SPEED_LAGS))]
+BLOCKS += [("scalars", 7), ("same", 2)]
+"""What the features are, in their order; see `committee.mirror_of`."""
 FAR_S = 10.0
 """Taken for the time to the next measurement where the window has none."""
 
@@ -36,6 +41,12 @@ class TwoSided(nn.Module):
         features = 2 * by_side + 3 * core * 4 + 7 * core + 2
         self.network = Perceptron(features, width, blocks, COUNT * (3 + CONTINUATIONS + 1), dropout, dropped_features)
         self.register_buffer("group", group_matrix(), persistent=False)
+        self.members = 1
+
+    def seat(self, networks: list[nn.Module]) -> None:
+        """From now on these networks answer together, each also about the mirror image."""
+        self.network = Committee(networks, BLOCKS, COUNT * (3 + CONTINUATIONS + 1))
+        self.members = 2 * len(networks)
 
     def begin(self, features: Tensor) -> None:
         """Before training: standardises by these features, and leans on the continuation that is best by itself."""
@@ -73,7 +84,8 @@ class TwoSided(nn.Module):
         near = (until < FAR_S).float() * (since < FAR_S).float() + 1e-6 * (since < FAR_S).float()
         only_next = (since >= FAR_S).float() * (until < FAR_S).float()
         share = (near * since / (since + until).clamp(min=1e-3) + only_next)[..., None]
-        ways = torch.stack(continued(past, next_, share, since[..., None], until[..., None]), 2)
+        together, deviation = self.settled(past, next_, now, sure, until)
+        ways = torch.stack([*continued(past, next_, share, since[..., None], until[..., None]), together], 2)
         ways = (1 - hidden)[..., None] * now[:, :, None] + hidden[..., None] * ways
         features = [((past.mean - now) * (1 - hidden)), now * (1 - hidden), past.mean * hidden, (ways[:, :, -1] - ways[:, :, 0]) * hidden]
         for side, seen in ((past, 1.0), (next_, (until < FAR_S).float()[..., None])):
@@ -85,18 +97,26 @@ class TwoSided(nn.Module):
             features += history(self.prior.usual, half, own, mask, SPEED_LAGS, POSE_LAGS)
         nearest = torch.where(until < FAR_S, torch.minimum(since, until), since)
         features += [sure[:, CORE], torch.exp(-nearest[:, CORE] / 0.2), torch.exp(-since[:, CORE] / 0.6), torch.exp(-until[:, CORE] / 0.6)]
-        features += [share[:, CORE, 0], (since.clamp(max=3) + until.clamp(max=3))[:, CORE], (past.deviation * hidden[..., 0])[:, CORE]]
+        features += [share[:, CORE, 0], (since.clamp(max=3) + until.clamp(max=3))[:, CORE], (deviation * hidden[..., 0])[:, CORE]]
         features += [middle.origin[:, 0, 2:3], middle.size[:, 0, 0]]
         return Told(torch.cat(features, -1), ways, nearest, sure)
 
+    def settled(self, past: Side, next_: Side, now: Tensor, sure: Tensor, until: Tensor) -> tuple[Tensor, Tensor]:
+        """(mean (n, 25, 3), deviation (n, 25)) given what is measured now and how all moved on both sides."""
+        trust, information = self.prior.information(sure)
+        ends = ((until < FAR_S).float()[:, None] * self.group + (1 - self.group)).amin(-1)
+        mean, deviation = self.prior.between(trust, information, now.flatten(1), past.anchor, next_.anchor, ends)
+        return of_own_group(self.group, mean), (deviation * self.group).sum(1)
+
     def answer(self, told: Told) -> tuple[Tensor, Tensor]:
         """The filled pose (n, 25, 3) and its deviations (n, 25), own units."""
-        answer = self.network(told.features).reshape(-1, COUNT, 3 + CONTINUATIONS + 1)
-        belief = torch.softmax(answer[..., 3:-1], -1)
+        # One answer, or those of a committee.
+        answers = self.network(told.features).reshape(-1, self.members, COUNT, 3 + CONTINUATIONS + 1)
+        belief = torch.softmax(answers[..., 3:-1], -1).mean(1)
         freedom = torch.maximum(1 - torch.exp(-told.seconds / 0.2), 1 - told.sure)
-        added = REACH_M * freedom[..., None] * torch.tanh(answer[..., :3])
+        added = REACH_M * freedom[..., None] * torch.tanh(answers[..., :3]).mean(1)
         scale = 0.006 + 0.15 * (1 - torch.exp(-told.seconds / 0.5)) + 0.01 * (1 - told.sure)
-        return (told.ways * belief[..., None]).sum(2) + added, scale * torch.exp(answer[..., -1].clamp(-2.5, 2.5))
+        return (told.ways * belief[..., None]).sum(2) + added, scale * torch.exp(answers[..., -1].mean(1).clamp(-2.5, 2.5))
 
 
 def continued(past: Side, next_: Side, share: Tensor, since: Tensor, until: Tensor) -> list[Tensor]:
