@@ -54,8 +54,8 @@ pub use input::{ClockSample, Input};
 pub use ledger::Contribution;
 pub use output::{Output, Rejection, RejectionReason};
 pub use repair::{
-    Fill, MAX_AGE_S, ModelError, Needs, OcclusionModel, RepairAnswer, RepairConfig, RepairModel,
-    RepairRequest, Window, WindowJoint,
+    Fill, MAX_AGE_S, ModelError, Needs, OcclusionModel, RepairAnswer, RepairConfig, RepairCounts,
+    RepairModel, RepairRequest, SimpleModel, Window, WindowJoint,
 };
 pub use snapshot::{BUILD, SnapshotError};
 pub use stages::{BonesConfig, GateConfig, SmoothConfig, SmoothFilter, Stage};

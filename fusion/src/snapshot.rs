@@ -88,8 +88,9 @@ impl Engine {
                     muted: true,
                 }),
         );
-        inputs
-            .extend((self.state.repair_model.clone()).map(|model| Input::RepairModel(Some(model))));
+        inputs.extend(
+            (self.state.repair.outside().cloned()).map(|model| Input::RepairModel(Some(model))),
+        );
         let mut probes: Vec<ClockSample> = known()
             .flat_map(|sensor| sensor.clock.samples().copied())
             .collect();

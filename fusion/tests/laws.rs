@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 use posefuse_fusion::{
-    BUILD, Config, Engine, FuseMethod, Input, IntakeMode, SmoothConfig, SmoothFilter,
+    BUILD, Config, Engine, FuseMethod, Input, IntakeMode, RepairConfig, SmoothConfig, SmoothFilter,
     SnapshotError, Stage,
 };
 use posefuse_simulator::{Scenario, SensorErrors, World};
@@ -237,9 +237,10 @@ fn exact_duplicates_of_all_sensors_change_only_the_covariance() {
     for method in [FuseMethod::Average, FuseMethod::Weighted] {
         let mut config = Config::default();
         config.fuse.method = method;
-        // The grid makes both runs fuse at the same times; bones weigh by covariance, which does change.
+        // The grid makes both runs fuse at the same times; bones and repair weigh by covariance, which does change.
         config.intake.mode = IntakeMode::Window;
         config.stages[1].set_enabled(false);
+        config.repair = RepairConfig::off();
         let single = fuse(inputs(&world, 5.0), &config).frames;
         let double = fuse(doubled(), &config).frames;
         let late = |frames: Vec<RoomFrame>| -> Vec<RoomFrame> {

@@ -6,7 +6,7 @@ mod support;
 
 use std::sync::Arc;
 
-use posefuse_fusion::{Config, Engine, Input};
+use posefuse_fusion::{Config, Engine, Input, RepairConfig};
 use posefuse_simulator::{Scenario, World};
 use posefuse_skeleton::{Joint, RoomFrame, Timestamp};
 use support::{Outcome, drain, drive, inputs, score};
@@ -19,9 +19,12 @@ fn room(seconds: f64) -> (Arc<World>, Events) {
     (world, events)
 }
 
-/// What comes before the stages, which look at one frame after another.
+/// What comes before the stages, which look at one frame after another, and repair, which looks at other poses.
 fn bare() -> Config {
-    let mut config = Config::default();
+    let mut config = Config {
+        repair: RepairConfig::off(),
+        ..Config::default()
+    };
     for stage in &mut config.stages[1..] {
         stage.set_enabled(false);
     }
@@ -106,7 +109,7 @@ fn looking_further_ahead_comes_ever_nearer_to_offline() {
 fn smoothing_a_take_gives_every_frame_once_and_remembers_no_more_than_its_blocks() {
     let (_, events) = room(14.0);
     let frames = 30;
-    let mut engine = Engine::new(Config::default());
+    let mut engine = Engine::new(bare());
     engine.smooth_over(frames);
     let (mut outcome, mut deadline) = (Outcome::default(), None);
     let (mut early, mut late) = (0, 0);
