@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from . import RATE_HZ
-from .cases import Cases, cases
+from .cases import GAPS_S, Cases, cases, error_mm
+from .joints import PARTS
 from .recipes import RECIPES, recipe
 from .recordings import Prepared
 
@@ -27,13 +28,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder for NAME.onnx, NAME.toml, NAME.golden.bin")
     parser.add_argument("--data", type=Path, required=True, help="folder written by `prepare`, for the figures in the manifest")
     parser.add_argument("--trained-on", default=DATA)
+    parser.add_argument("--every", type=int, default=3, help="the figures come from every so many-th gap of the table")
     parser.add_argument("--no-figures", action="store_true", help="leave the table out of the manifest (quicker)")
 
 
 def run(options: argparse.Namespace) -> int:
     made = recipe(options.model)
     module = made.load(options.run).eval().cpu()
-    figures = {} if options.no_figures else measured(module, made, options.data)
+    figures = {} if options.no_figures else measured(module, made, options.data, options.every)
     write(module, made, options.name, options.out, options.trained_on, figures)
     print(f"{options.out / options.name}.onnx: agrees with PyTorch, {parameters(module)} parameters")
     return 0
@@ -129,11 +131,9 @@ def manifest(module, made, name, filled, onnx_digest, golden_digest, trained_on,
     return "\n".join(lines) + "\n"
 
 
-def measured(module, made, data: Path) -> dict[str, float]:
+def measured(module, made, data: Path, every: int) -> dict[str, float]:
     """The table of `evaluate` for this model: split_part_gap_mm."""
-    from .cases import GAPS_S, error_mm
     from .evaluate import fill, torch_model
-    from .joints import PARTS
 
     model = torch_model(module)
     figures = {}
@@ -141,7 +141,7 @@ def measured(module, made, data: Path) -> dict[str, float]:
         prepared = Prepared.load(data, split)
         for part in PARTS:
             for gap_s in GAPS_S:
-                case = cases(prepared, part, gap_s, made.BEFORE + 1, max(made.AFTER, 15))
+                case = cases(prepared, part, gap_s, made.BEFORE + 1, max(made.AFTER, 15)).every(every)
                 filled = fill(model, case, made.BEFORE, made.AFTER)
                 key = f"{split}_{part.replace(' ', '_')}_{str(gap_s).replace('.', '_')}s_mm"
                 figures[key] = round(error_mm(filled, case), 1)
