@@ -31,13 +31,15 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// `ring4`, `arc2` and the like: that many sensors all around or over 100 degrees, with all that real rooms add:
+    /// `ring4`, `arc2`, `desk2` and the like: that many sensors all around, over 100 degrees, or so with a desk before each
+    /// that hides legs, with all that real rooms add:
     /// imperfect mirror images, biases of single sensors, stale frames, and structured light that interferes. `None`
     /// for other names.
     pub fn named(name: &str) -> Option<Self> {
-        let (layout, count) = match name.split_at_checked(4) {
-            Some(("ring", count)) => (Layout::Ring, count),
-            _ => (Layout::Arc, name.strip_prefix("arc")?),
+        let (layout, desks, count) = match name.split_at_checked(4) {
+            Some(("ring", count)) => (Layout::Ring, false, count),
+            Some(("desk", count)) => (Layout::Arc, true, count),
+            _ => (Layout::Arc, false, name.strip_prefix("arc")?),
         };
         let sensors = count.parse().ok().filter(|n| (1..=64).contains(n))?;
         Some(Self {
@@ -46,6 +48,7 @@ impl Setting {
                 sensors,
                 layout,
                 structured_light: sensors,
+                desks: if desks { sensors } else { 0 },
                 errors: SensorErrors::harsh(),
                 ..Scenario::default()
             },

@@ -237,7 +237,7 @@ pub const ALONE: [Column; 9] = [
 ];
 
 /// The columns of what repair does, of runs with it.
-pub const REPAIR: [Column; 9] = [
+pub const REPAIR: [Column; 11] = [
     column(
         "hidden",
         "",
@@ -272,6 +272,13 @@ pub const REPAIR: [Column; 9] = [
         m.repair.as_ref()?.only_with_mm
     }),
     column(
+        "claimed",
+        "",
+        "of the hidden joints those that a tracker took for seen: they count as measured",
+        0,
+        |m| Some(m.repair.as_ref()?.claimed as f64),
+    ),
+    column(
         "seen, changed",
         "%",
         "joints that a sensor sees and that were measured, moved by repair by more than 0.1 mm",
@@ -279,9 +286,19 @@ pub const REPAIR: [Column; 9] = [
         |m| m.repair.as_ref()?.changed.map(|share| share * 100.0),
     ),
     column(
+        "settled",
+        "%",
+        "the same of those that have been seen and measured for half a second and longer",
+        2,
+        |m| {
+            let share = m.repair.as_ref()?.settled_changed;
+            share.map(|share| share * 100.0)
+        },
+    ),
+    column(
         "by at most",
         "mm",
-        "the furthest that one was moved",
+        "the furthest that one of these was moved",
         2,
         |m| m.repair.as_ref()?.most_changed_mm,
     ),

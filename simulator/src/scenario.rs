@@ -33,6 +33,9 @@ pub struct Scenario {
     /// How many of the sensors (the last ones) are of another model, whose tracker means other points by the joints'
     /// names: by [`SensorErrors::definition_mm`].
     pub other_models: usize,
+    /// How many of the sensors (the first ones) have a desk before them, at the area's edge: 1.6 m wide, 0.9 m high. It
+    /// hides the legs of who stands behind it.
+    pub desks: usize,
     /// What is wrong with the sensors.
     pub errors: SensorErrors,
 }
@@ -51,6 +54,7 @@ impl Default for Scenario {
             rate_hz: 30.0,
             structured_light: 0,
             other_models: 0,
+            desks: 0,
             errors: SensorErrors::default(),
         }
     }
@@ -114,6 +118,12 @@ impl Scenario {
             "other_models",
             "at most the number of sensors",
             self.other_models,
+        )?;
+        check(
+            self.desks <= self.sensors,
+            "desks",
+            "at most the number of sensors",
+            self.desks,
         )?;
         check(
             (2.0..=20.0).contains(&self.area_m),

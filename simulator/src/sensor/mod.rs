@@ -248,7 +248,8 @@ impl SimSensor {
             let hides = joints.as_ref().filter(|_| index != furniture);
             Flesh::new(hides.unwrap_or(&JointMap::empty()))
         };
-        let flesh: Vec<Flesh> = subjects.iter().enumerate().map(flesh).collect();
+        let desk = Flesh::desk(world.scenario(), self.index, &self.sensor_from_room);
+        let flesh: Vec<Flesh> = subjects.iter().enumerate().map(flesh).chain(desk).collect();
         self.spikes
             .step(self.index, number, people, world.scenario());
         let (mut bodies, mut truth) = (Vec::new(), Vec::new());

@@ -1,7 +1,9 @@
-//! Which joints a sensor can see past the bodies in its way: 19 capsules a body, five rays a joint.
+//! Which joints a sensor can see past the bodies and desks in its way: 19 capsules a body, five rays a joint.
 
 use nalgebra::Vector3;
-use posefuse_skeleton::{Frame, Joint, JointMap, Position};
+use posefuse_skeleton::{Frame, Joint, JointMap, Position, Room, Sensor, Transform};
+
+use crate::scenario::Scenario;
 
 /// The flesh around one bone: end joints and radius in metres.
 struct Capsule {
@@ -47,9 +49,17 @@ const RAY_SPREAD_M: f64 = 0.03;
 /// Flesh this close in front of a joint is its own and does not hide it, metres.
 const OWN_DEPTH_M: f64 = 0.06;
 
+/// Bars that a desk is made of, one above the other: heights of their middles and radius, metres.
+const BARS_M: [f64; 4] = [0.12, 0.34, 0.56, 0.78];
+const BAR_RADIUS_M: f64 = 0.12;
+/// Half as wide as it is, and how far outside of the area it stands, metres.
+const DESK_HALF_M: f64 = 0.8;
+const DESK_OUTSIDE_M: f64 = 0.1;
+
 /// A capsule in its place.
 struct Limb {
-    joints: [Joint; 2],
+    /// The joints at its ends; none for a thing's.
+    joints: Option<[Joint; 2]>,
     ends: [Vector3<f64>; 2],
     radius: f64,
 }
@@ -67,7 +77,7 @@ impl Flesh {
         let limb = |capsule: &Capsule| {
             let [a, b] = capsule.ends;
             Some(Limb {
-                joints: capsule.ends,
+                joints: Some(capsule.ends),
                 ends: [joints[a]?.vector(), joints[b]?.vector()],
                 radius: capsule.radius,
             })
@@ -84,6 +94,39 @@ impl Flesh {
         }
     }
 
+    /// The desk before sensor `index`, in the sensor's frame, if it has one.
+    pub(crate) fn desk(
+        scenario: &Scenario,
+        index: usize,
+        sensor_from_room: &Transform<Sensor, Room>,
+    ) -> Option<Self> {
+        if index >= scenario.desks {
+            return None;
+        }
+        let sensor = sensor_from_room.inverse().origin().vector();
+        let towards = Vector3::new(sensor.x, sensor.y, 0.0).try_normalize(1e-9)?;
+        let foot = towards * (0.5 * scenario.area_m + DESK_OUTSIDE_M);
+        let aside = towards.cross(&Vector3::z()) * DESK_HALF_M;
+        let there = |at: Vector3<f64>| {
+            sensor_from_room
+                .apply(Position::<Room>::from_vector(at))
+                .vector()
+        };
+        let bar = |height: f64| {
+            let middle = foot + Vector3::z() * height;
+            Limb {
+                joints: None,
+                ends: [there(middle - aside), there(middle + aside)],
+                radius: BAR_RADIUS_M,
+            }
+        };
+        Some(Self {
+            limbs: BARS_M.map(bar).into(),
+            centre: there(foot + Vector3::z() * BARS_M[1]),
+            radius: 1.1,
+        })
+    }
+
     /// The limbs that come within `margin` of the straight way from the origin to `target`, leaving out those that
     /// end at `own` (or at a joint next to it, where bones overlap).
     fn limbs_near(
@@ -94,7 +137,10 @@ impl Flesh {
     ) -> impl Iterator<Item = &Limb> {
         let end = before(target);
         self.limbs.iter().filter(move |limb| {
-            let its_own = own.is_some_and(|joint| limb.joints.iter().any(|j| touches(*j, joint)));
+            let its_own = own.is_some_and(|joint| {
+                let mut ends = limb.joints.iter().flatten();
+                ends.any(|end| touches(*end, joint))
+            });
             let reach = limb.radius + margin;
             !its_own && squared_distance(end, limb.ends[0], limb.ends[1]) < reach * reach
         })
@@ -208,6 +254,33 @@ mod tests {
         assert!((crossing - 0.25).abs() < 1e-12);
         let behind = squared_distance(z, Vector3::new(-1.0, 0.0, 2.0), Vector3::new(1.0, 0.0, 2.0));
         assert!((behind - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_desk_hides_the_legs_behind_it_and_nothing_else() {
+        let scenario = Scenario {
+            desks: 1,
+            sensors: 2,
+            ..Scenario::default()
+        };
+        // At (2.9, 0, 1.2) in the room, looking along -x.
+        let axes = nalgebra::Matrix3::new(0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
+        let turn = nalgebra::Rotation3::from_matrix_unchecked(axes);
+        let turn = nalgebra::UnitQuaternion::from_rotation_matrix(&turn);
+        let room_from_sensor: Transform<Room, Sensor> =
+            Transform::from_parts(Vector3::new(2.9, 0.0, 1.2), turn);
+        let sensor_from_room = room_from_sensor.inverse();
+        let desk = Flesh::desk(&scenario, 0, &sensor_from_room).unwrap();
+        assert!(Flesh::desk(&scenario, 1, &sensor_from_room).is_none());
+        let things = [Flesh::new(&JointMap::<Position<Sensor>>::empty()), desk];
+        let share = |x: f64, y: f64, z: f64| {
+            let at = sensor_from_room.apply(Position::<Room>::new(x, y, z));
+            visible_share(&things, 0, Joint::KneeLeft, at.vector())
+        };
+        assert_eq!(share(0.9, 0.2, 0.5), 0.0, "a knee behind it");
+        assert_eq!(share(0.9, 0.2, 1.0), 1.0, "a hip over it");
+        assert_eq!(share(0.9, 1.4, 0.5), 1.0, "beside it");
+        assert_eq!(share(1.9, 0.2, 0.5), 1.0, "on the sensor's side of it");
     }
 
     #[test]

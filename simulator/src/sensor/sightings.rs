@@ -25,7 +25,8 @@ impl World {
             .iter()
             .map(|person| person.joints.map(|_, p| sensor_from_room.apply(*p)))
             .collect();
-        let flesh: Vec<Flesh> = people.iter().map(Flesh::new).collect();
+        let desk = Flesh::desk(self.scenario(), index, &sensor_from_room);
+        let flesh: Vec<Flesh> = people.iter().map(Flesh::new).chain(desk).collect();
         let seen = |(person, joints): (usize, &JointMap<Position<Sensor>>)| {
             let sight = Sight::of(joints, &flesh, person, errors);
             if sight.clear() < JOINTS_TO_HOLD.min(joints.len()) {
