@@ -87,12 +87,13 @@ def test_parts_joined_in_threes_come_apart_again():
 def test_proximal_steps_go_down(walk):
     bones, _ = code.bones_of(walk[0][:, :6])
     x = code.split(code.signed_squares(bones))
-    atoms = sparse.Dictionary(40).atoms.detach()
+    dictionary = sparse.Dictionary(40)
+    atoms, mean = dictionary.atoms.detach(), dictionary.mean
     known = torch.ones_like(x)
 
     def objective(steps):
-        alpha = code.code(x, known, atoms, steps, code.strides(atoms))
-        y = alpha @ atoms.transpose(1, 2)
+        alpha = code.code(x, known, atoms, mean, steps, code.strides(atoms))
+        y = mean + alpha @ atoms.transpose(1, 2)
         excess = y.reshape(len(y), -1, 72, 3).abs().sum(-1) - 1
         return (0.5 * (y - x).square().sum() + 0.2 * excess.square().sum() + 1e-4 * alpha.abs().sum()).item()
 

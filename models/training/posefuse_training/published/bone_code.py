@@ -79,8 +79,9 @@ def objective_slope(y, x, known):
     return known * (y - x) + LAMBDA_BONE * bone
 
 
-def code(x, known, atoms, steps, stride):
-    """Codes `[G, N, K]` of vectors `x` `[G, N, 216]` where `known` (0 to 1, same shape), over `atoms` `[G, 216, K]`.
+def code(x, known, atoms, mean, steps, stride):
+    """Codes `[G, N, K]` of vectors `x` `[G, N, 216]` where `known` (0 to 1, same shape), over `atoms` `[G, 216, K]` beside
+    the `mean` `[G, 1, 216]`, which costs nothing: without it most steps go into finding it.
 
     `steps` accelerated proximal steps (Beck and Teboulle 2009) of `stride` `[G, 1, 1]`, at most one over the largest
     eigenvalue of the smooth part.
@@ -90,7 +91,7 @@ def code(x, known, atoms, steps, stride):
     ahead = now
     momentum = 1.0
     for _ in range(steps):
-        slope = torch.matmul(objective_slope(torch.matmul(ahead, across), x, known), atoms)
+        slope = torch.matmul(objective_slope(mean + torch.matmul(ahead, across), x, known), atoms)
         after = shrunk(ahead - stride * slope, stride * LAMBDA_SPARSE)
         following = (1.0 + (1.0 + 4.0 * momentum * momentum) ** 0.5) / 2.0
         ahead = after + (momentum - 1.0) / following * (after - now)
@@ -105,12 +106,12 @@ def strides(atoms):
     return (1.0 / (top * (1.0 + 3.0 * LAMBDA_BONE))).view(-1, 1, 1)
 
 
-def recovered(bones, known, atoms, steps, stride):
+def recovered(bones, known, atoms, mean, steps, stride):
     """Directions `[N, 6, 20, 3]`: what the dictionaries say, of `bones` (directions) where `known` `[N, 6, 20]`."""
     x = split(signed_squares(bones))
     seen = split(known.unsqueeze(-1).expand(-1, -1, -1, 3))
-    alpha = code(x, seen, atoms, steps, stride)
-    return directions(joined(torch.matmul(alpha, atoms.transpose(1, 2))))
+    alpha = code(x, seen, atoms, mean, steps, stride)
+    return directions(joined(mean + torch.matmul(alpha, atoms.transpose(1, 2))))
 
 
 def placed(pose, seen, along, lengths, rounds=8):

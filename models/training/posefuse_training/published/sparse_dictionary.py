@@ -51,12 +51,15 @@ ATOMS = 1000
 
 
 class Dictionary(nn.Module):
-    """Six dictionaries of atoms no longer than one, `[6, 216, atoms]`; they begin as windows of motion `[6, N, 216]`."""
+    """Six dictionaries: a mean `[6, 1, 216]` and atoms no longer than one `[6, 216, atoms]`, which begin as windows of
+    motion (`examples` `[6, N, 216]`) without it."""
 
     def __init__(self, atoms=ATOMS, examples=None):
         super().__init__()
-        start = torch.randn(len(TRIPLES), atoms, FEATURES) if examples is None else examples[:, :atoms]
-        self.atoms = nn.Parameter(g.unit(start).transpose(1, 2).contiguous())
+        examples = torch.randn(len(TRIPLES), atoms, FEATURES) if examples is None else examples
+        mean = examples.mean(1, keepdim=True)
+        self.register_buffer("mean", mean)
+        self.atoms = nn.Parameter(g.unit(examples[:, :atoms] - mean).transpose(1, 2).contiguous())
 
     @torch.no_grad()
     def normalise(self):
@@ -66,7 +69,7 @@ class Dictionary(nn.Module):
 
 # --- the paper's experiment -------------------------------------------------------------------------------------------
 
-BATCH, STEPS, CODING = 192, 80, 30
+BATCH, STEPS, CODING = 128, 80, 30
 TEST_STEPS = 100
 MISSING_FRAMES = 0.4
 MARKERS = (3, 6)
@@ -98,8 +101,8 @@ def train(run: Experiment, what, atoms):
         """The objective without the code's part."""
         model.normalise()
         with torch.no_grad():
-            alpha = code(x, torch.ones_like(x), model.atoms, steps, strides(model.atoms))
-        y = torch.matmul(alpha, model.atoms.transpose(1, 2))
+            alpha = code(x, torch.ones_like(x), model.atoms, model.mean, steps, strides(model.atoms))
+        y = model.mean + torch.matmul(alpha, model.atoms.transpose(1, 2))
         excess = y.reshape(len(y), -1, WINDOW * IN_TRIPLE, 3).abs().sum(-1) - 1.0
         return 0.5 * ((y - x).square().sum(-1) + LAMBDA_BONE * excess.square().sum(-1)).mean()
 
@@ -150,7 +153,7 @@ def by_dictionary(model, poses, known, lengths):
     turned, frame = own_heading(pose, seen)
     bones, _ = bones_of(turned)
     both = seen[..., list(CHILDREN)] * seen[..., list(PARENTS)]
-    along = torch.matmul(recovered(bones, both, model.atoms, TEST_STEPS, strides(model.atoms)), frame)
+    along = torch.matmul(recovered(bones, both, model.atoms, model.mean, TEST_STEPS, strides(model.atoms)), frame)
     out = poses[:, :JOINTS].clone()
     whole = placed(pose, seen, along, lengths.expand(*pose.shape[:2], -1), rounds=60)
     for start, repaired in zip(starts, whole):
@@ -225,6 +228,7 @@ class Fills(nn.Module):
     def __init__(self, model, shape, tip, thumb):
         super().__init__()
         self.atoms = nn.Parameter(model.atoms.detach().half().float(), requires_grad=False)
+        self.register_buffer("mean", model.mean)
         self.register_buffer("stride", strides(self.atoms))
         self.register_buffer("proportions", shape[0])
         self.register_buffer("usual", shape[1])
@@ -235,7 +239,7 @@ class Fills(nn.Module):
         turned, frame = own_heading(pose, seen)
         bones, _ = bones_of(turned)
         both = seen[..., list(CHILDREN)] * seen[..., list(PARENTS)]
-        along = recovered(bones, both, self.atoms, SHIPPED_STEPS, self.stride)[:, -1:]
+        along = recovered(bones, both, self.atoms, self.mean, SHIPPED_STEPS, self.stride)[:, -1:]
         lengths = self.lengths(pose, age).unsqueeze(1)
         out = placed(pose[:, -1:], mask[:, -1:], torch.matmul(along, frame), lengths, SHIPPED_ROUNDS)
         return g.follow_hands(torch.cat([out, pose[:, -1:, JOINTS:]], -2), self.tip, self.thumb)
