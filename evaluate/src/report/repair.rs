@@ -9,7 +9,7 @@ const SIZE: [f64; 2] = [520.0, 300.0];
 pub(crate) fn html(report: &RepairReport) -> String {
     let mut page = beginning(&report.title, &report.about);
     legend(report, &mut page);
-    let about = "Error of the model that runs unless told otherwise, as a multiple of the best simple method's on the same gaps.";
+    let about = "Error of the network that runs unless told otherwise (or, where a simple method does, of the best network), as a multiple of the best simple method's on the same gaps.";
     aims(&report.aims, about, &mut page);
     for tests in Tests::ALL {
         section(report, tests, &mut page);
