@@ -12,10 +12,10 @@ use posefuse_skeleton::{JOINT_COUNT, SensorId};
 use serde::{Deserialize, Serialize};
 
 /// Standard deviation per axis, metres, and time constant, seconds, of what a tracker sees.
-const SIGMA_M: f64 = 0.013;
+const SIGMA_M: f64 = 0.011;
 const TAU_S: f64 = 1.2;
 /// The same of what it guesses, because it does not see the joint.
-const GUESS_SIGMA_M: f64 = 0.09;
+const GUESS_SIGMA_M: f64 = 0.14;
 const GUESS_TAU_S: f64 = 0.35;
 /// Neither is ever known better than this, metres.
 const FLOOR_M: f64 = 0.006;

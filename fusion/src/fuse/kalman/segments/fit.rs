@@ -1,18 +1,16 @@
 //! Where a segment is, and what its joints say of each other.
 
-use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use posefuse_skeleton::{JOINT_COUNT, Joint};
 
 use super::{MOST_JOINTS, Segment};
 use crate::fuse::kalman::evidence::{Evidence, weight};
 
 /// How fast a segment's direction wanders, rad^2/s, and the shortest time that this is reckoned for, seconds.
-const WANDER: f64 = 0.75;
+const WANDER: f64 = 1.5;
 const SHORTEST_S: f64 = 0.005;
 /// What is known of a segment's place before it is heard, 1/m^2.
 const LEAST_INFORMATION: f64 = 1e-6;
-/// Steps of the fit.
-const ROUNDS: usize = 2;
 /// What others say of a joint is left out where it is worse than this, m^2 per axis.
 const WORST: f64 = 0.25;
 
@@ -35,13 +33,35 @@ pub(super) type Marks = [Option<Mark>; MOST_JOINTS];
 pub(super) struct Fit {
     /// Room metres.
     pub(super) place: Vector3<f64>,
-    /// Covariance of place and turn.
-    covariance: Matrix6<f64>,
+    covariance: Both,
+}
+
+/// A symmetric matrix over a segment's place and its turn, in blocks.
+#[derive(Clone, Copy, Debug)]
+struct Both {
+    places: Matrix3<f64>,
+    /// Rows for the place, columns for the turn.
+    mixed: Matrix3<f64>,
+    turns: Matrix3<f64>,
+}
+
+impl Both {
+    fn try_inverse(&self) -> Option<Self> {
+        let inner = self.places.try_inverse()?;
+        let through = inner * self.mixed;
+        let turns = (self.turns - self.mixed.tr_mul(&through)).try_inverse()?;
+        let mixed = -(through * turns);
+        Some(Self {
+            places: inner - mixed * through.transpose(),
+            mixed,
+            turns,
+        })
+    }
 }
 
 impl Segment {
-    /// Turns the segment to where its marks are, and weighs each mark by how well it fits. Least squares: a small
-    /// change of place and turn at a time.
+    /// Turns the segment to where its marks are, and weighs each mark by how well it fits. Least squares, one step: from
+    /// frame to frame nobody turns far.
     pub(super) fn fit(&mut self, marks: &mut Marks) -> Option<Fit> {
         let (mut sum, mut total) = (Vector3::zeros(), 0.0);
         for (mark, spot) in marks.iter_mut().zip(&self.spots) {
@@ -55,27 +75,18 @@ impl Segment {
             total += share;
         }
         let mut place: Vector3<f64> = sum / total;
-        for round in 0.. {
-            let (information, pull) = self.sum_up(marks, place, round > 0);
-            let covariance = information.try_inverse()?;
-            if round == ROUNDS {
-                return Some(Fit { place, covariance });
-            }
-            let step = covariance * pull;
-            place += step.fixed_rows::<3>(0);
-            let turn = Rotation3::from_scaled_axis(step.fixed_rows::<3>(3).into_owned());
-            self.turn = turn.matrix() * self.turn;
-        }
-        None
+        let (information, pull, twist) = self.sum_up(marks, place);
+        let covariance = information.try_inverse()?;
+        place += covariance.places * pull + covariance.mixed * twist;
+        let angle = covariance.mixed.tr_mul(&pull) + covariance.turns * twist;
+        self.turn = Rotation3::from_scaled_axis(angle).matrix() * self.turn;
+        let (information, ..) = self.sum_up(marks, place);
+        let covariance = information.try_inverse()?;
+        Some(Fit { place, covariance })
     }
 
-    /// What the marks say of place and turn together, and which way they pull.
-    fn sum_up(
-        &self,
-        marks: &mut Marks,
-        place: Vector3<f64>,
-        weigh: bool,
-    ) -> (Matrix6<f64>, Vector6<f64>) {
+    /// What the marks say of place and turn together, each weighed by how well it fits, and which way they pull.
+    fn sum_up(&self, marks: &mut Marks, place: Vector3<f64>) -> (Both, Vector3<f64>, Vector3<f64>) {
         let (mut places, mut mixed) = (
             Matrix3::from_diagonal_element(LEAST_INFORMATION),
             Matrix3::zeros(),
@@ -89,9 +100,7 @@ impl Segment {
             };
             let arm = self.turn * spot.at;
             let off = mark.at - place - arm;
-            if weigh {
-                mark.weight = weight(&mark.certainty, off);
-            }
+            mark.weight = weight(&mark.certainty, off);
             let certainty = mark.certainty * mark.weight;
             // A small turn w moves the joint by w x arm = -[arm] w.
             let lever = arm.cross_matrix();
@@ -103,17 +112,12 @@ impl Segment {
             pull += force;
             twist += arm.cross(&force);
         }
-        let mut information = Matrix6::zeros();
-        information.fixed_view_mut::<3, 3>(0, 0).copy_from(&places);
-        information.fixed_view_mut::<3, 3>(0, 3).copy_from(&mixed);
-        information
-            .fixed_view_mut::<3, 3>(3, 0)
-            .copy_from(&mixed.transpose());
-        information.fixed_view_mut::<3, 3>(3, 3).copy_from(&turns);
-        let mut both = Vector6::zeros();
-        both.fixed_rows_mut::<3>(0).copy_from(&pull);
-        both.fixed_rows_mut::<3>(3).copy_from(&twist);
-        (information, both)
+        let information = Both {
+            places,
+            mixed,
+            turns,
+        };
+        (information, pull, twist)
     }
 }
 
@@ -127,14 +131,13 @@ impl Fit {
         own: Option<Mark>,
         evidence: &mut Evidence,
     ) {
-        let part = |row: usize, column: usize| self.covariance.fixed_view::<3, 3>(row, column);
         let lever = arm.cross_matrix();
-        let mixed = part(0, 3) * lever;
-        let all = part(0, 0) + mixed + mixed.transpose() + lever * part(3, 3) * lever.transpose();
+        let Both { places, turns, .. } = &self.covariance;
+        let mixed = self.covariance.mixed * lever;
+        let all = places + mixed + mixed.transpose() + lever * turns * lever.transpose();
         let fitted = self.place + arm;
         let without = |mark: Mark| {
-            let own = mark.certainty * mark.weight;
-            let (inverse, certainty) = (all.try_inverse()?, own);
+            let (inverse, certainty) = (all.try_inverse()?, mark.certainty * mark.weight);
             let spread = (inverse - certainty).try_inverse()?;
             Some((spread, spread * (inverse * fitted - certainty * mark.at)))
         };
