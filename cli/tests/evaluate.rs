@@ -135,6 +135,19 @@ fn what_cannot_be_evaluated_is_refused_with_a_reason() {
             assert!(done.err.contains(word), "{word}: {done:?}");
         }
     };
+    let empty = user.home().join("nothing");
+    std::fs::create_dir(&empty).unwrap();
+    let empty = empty.display().to_string();
+    refused(
+        &["evaluate", "repair", "--motion", &empty],
+        1,
+        &["none is for testing", "--split"],
+    );
+    refused(
+        &["evaluate", "simulated", "--repair", "gausian"],
+        2,
+        &["--repair", "gausian"],
+    );
     let simulated = |more: &[&'static str]| [&["evaluate", "simulated"], more].concat();
     refused(
         &simulated(&["--methods", "kalmann"]),

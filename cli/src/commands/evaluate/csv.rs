@@ -12,7 +12,7 @@ use posefuse_fusion::{ClockSample, Config, Input};
 use posefuse_skeleton::{AgentTime, JointSet, Observation, SensorId, SensorInfo, Timestamp};
 
 use super::material::Material;
-use super::takes::RunArgs;
+use super::shown::CompareArgs;
 use crate::failure::Outcome;
 use crate::global::Global;
 use crate::offline::{WalkTap, now_rfc3339};
@@ -38,7 +38,7 @@ pub(super) struct CsvArgs {
     )]
     kinects: Vec<String>,
     #[command(flatten)]
-    run: RunArgs,
+    compare: CompareArgs,
 }
 
 pub(super) fn run(args: &CsvArgs, global: &Global) -> anyhow::Result<Outcome> {
@@ -67,7 +67,7 @@ pub(super) fn run(args: &CsvArgs, global: &Global) -> anyhow::Result<Outcome> {
         about.push(format!("Left out: {}.", uncalibrated.join("; ")));
     }
     let outcome = args
-        .run
+        .compare
         .judge("Methods on recordings", &materials, about, global)?;
     Ok(match uncalibrated.is_empty() {
         true => outcome,

@@ -70,5 +70,7 @@ fn configured(file: &Path, others: &[Method]) -> anyhow::Result<Method> {
         config,
         poses_only: false,
         smooth: false,
+        repairs: None,
+        model: None,
     })
 }

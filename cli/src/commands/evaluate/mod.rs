@@ -3,6 +3,8 @@
 mod csv;
 mod material;
 mod methods;
+mod models;
+mod repair;
 mod shown;
 mod simulated;
 mod takes;
@@ -14,7 +16,7 @@ use crate::failure::Outcome;
 use crate::global::Global;
 use crate::output;
 
-/// Say how good fused people are: methods side by side, on simulated rooms, takes or recordings
+/// Say how good fused people are: methods side by side, on simulated rooms, takes or recordings; and what is made up
 #[derive(Debug, Args)]
 pub(crate) struct EvaluateArgs {
     #[command(subcommand)]
@@ -30,6 +32,8 @@ enum On {
     Takes(takes::TakesArgs),
     /// Recordings of two Kinects v2 (CSV), calibrated from themselves
     Csv(csv::CsvArgs),
+    /// Occlusion models: how well they fill in joints that no sensor saw
+    Repair(repair::RepairArgs),
     /// List the methods that have a name
     Methods,
 }
@@ -39,6 +43,7 @@ pub(crate) fn run(args: &EvaluateArgs, global: &Global) -> anyhow::Result<Outcom
         On::Simulated(args) => simulated::run(args, global),
         On::Takes(args) => takes::run(args, global),
         On::Csv(args) => csv::run(args, global),
+        On::Repair(args) => repair::run(args, global),
         On::Methods => list_methods(global),
     }
 }
@@ -52,9 +57,4 @@ fn list_methods(global: &Global) -> anyhow::Result<Outcome> {
         output::print_table(&rows)?;
     }
     Ok(Outcome::Done)
-}
-
-/// How many things are worked on at once unless told otherwise.
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }

@@ -9,9 +9,8 @@ use posefuse_fusion::Config;
 use posefuse_simulator::{Scenario, SensorErrors, World};
 use posefuse_skeleton::Calibration;
 
-use super::cores;
-use super::methods::MethodArgs;
-use super::shown::ShownArgs;
+use super::models;
+use super::shown::CompareArgs;
 use crate::failure::{Outcome, usage};
 use crate::global::Global;
 use crate::offline::from_simulated_walk;
@@ -23,10 +22,14 @@ const METHODS: [&str; 6] = [
     "mean", "menard", "weighted", "kalman-0", "kalman-1", "offline",
 ];
 
+/// What repair is tried with.
+const REPAIRED: [&str; 2] = ["kalman", "offline"];
+
 /// Simulated rooms, where the truth is known
 #[derive(Debug, Args)]
 pub(super) struct SimulatedArgs {
-    /// The rooms: `ring` or `arc` (100 degrees in front) and how many sensors
+    /// The rooms: `ring`, `arc` (100 degrees in front) or `desk` (an arc with a desk before each sensor, which hides legs)
+    /// and how many sensors
     #[arg(long, value_name = "ROOM,...", value_delimiter = ',', default_value = ROOMS)]
     rooms: Vec<String>,
     /// How many people are in each
@@ -38,22 +41,18 @@ pub(super) struct SimulatedArgs {
     /// How long each is
     #[arg(long, value_name = "S", default_value = "20", value_parser = room_seconds)]
     seconds: f64,
-    /// How much of that is left out at its start, while clocks are mapped and people are found
-    #[arg(long, value_name = "S", default_value = "2", value_parser = values::seconds)]
-    skip: f64,
     /// What is wrong with the sensors
     #[arg(long, value_enum, default_value_t)]
     errors: ErrorsArg,
     /// Where the engine takes the sensors to stand: as they truly do, or as a simulated walk of 40 s tells
     #[arg(long, value_enum, default_value_t)]
     calibration: CalibrationArg,
-    /// How many rooms are worked on at once [default: one for each core]
-    #[arg(long, value_name = "N", value_parser = values::whole(1usize, 256))]
-    threads: Option<usize>,
+    /// Make up what no sensor sees, too, and tell what that changes: `gaussian` and the other simple ones, `auto`, the name
+    /// of a network or the path of its manifest; `none` is always compared
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    repair: Vec<String>,
     #[command(flatten)]
-    methods: MethodArgs,
-    #[command(flatten)]
-    shown: ShownArgs,
+    compare: CompareArgs,
 }
 
 /// What is wrong with simulated sensors.
@@ -92,19 +91,23 @@ fn room_seconds(text: &str) -> Result<f64, String> {
 const WALK_S: f64 = 40.0;
 
 pub(super) fn run(args: &SimulatedArgs, global: &Global) -> anyhow::Result<Outcome> {
-    if args.skip >= args.seconds {
+    if args.compare.skip >= args.seconds {
         return Err(usage("--skip leaves nothing of --seconds"));
     }
-    let methods = args.methods.methods(&METHODS)?;
+    let usual: &[&str] = match args.repair.is_empty() {
+        true => &METHODS,
+        false => &REPAIRED,
+    };
+    let methods = models::with_repairs(args.compare.methods.methods(usual)?, &args.repair)?;
     let calibrate = |world: &Arc<World>| calibration(args.calibration, world);
     let suite = Suite {
         settings: args.settings()?,
         seeds: (1..=args.seeds).collect(),
         seconds: args.seconds,
-        skip_s: args.skip,
+        skip_s: args.compare.skip,
         methods,
         calibrate: &calibrate,
-        threads: args.threads.unwrap_or_else(cores),
+        threads: args.compare.work.threads(),
     };
     let jobs = suite.settings.len() * suite.seeds.len();
     let bar = progress::bar(jobs as u64, "rooms");
@@ -120,15 +123,14 @@ pub(super) fn run(args: &SimulatedArgs, global: &Global) -> anyhow::Result<Outco
         title: "Methods in simulated rooms".into(),
         about: args.about(),
         with_truth: true,
-        aims: if checked {
-            aims::check(&groups)
-        } else {
-            Vec::new()
+        aims: match checked {
+            true => [aims::check(&groups), aims::check_repair(&groups)].concat(),
+            false => aims::check_repair(&groups),
         },
         groups,
         versus: Vec::new(),
     };
-    args.shown.show(&report, global)?;
+    args.compare.work.show(&report, global)?;
     Ok(Outcome::Done)
 }
 
@@ -154,7 +156,7 @@ impl SimulatedArgs {
                 self.seeds,
                 self.seconds,
                 output::people(self.people),
-                self.skip
+                self.compare.skip
             ),
             format!(
                 "{errors} {calibration} Every method gets the same frames of the same sensors."
@@ -166,8 +168,8 @@ impl SimulatedArgs {
         let setting = |name: &String| {
             let setting = Setting::named(name).ok_or_else(|| {
                 usage(format!(
-                    "there is no room `{name}`; expected `ring` or `arc` and a number of sensors from 1 to 64, like \
-                     ring4 or arc2"
+                    "there is no room `{name}`; expected `ring`, `arc` or `desk` and a number of sensors from 1 to 64, \
+                     like ring4 or arc2"
                 ))
             })?;
             let scenario = Scenario {

@@ -10,15 +10,13 @@ use posefuse_fusion::Input;
 use posefuse_simulator::TruePerson;
 use posefuse_skeleton::{Calibration, Joint, Timestamp};
 
-use super::cores;
 use super::material::{Inputs, Material, groups};
-use super::methods::MethodArgs;
-use super::shown::ShownArgs;
+use super::shown::CompareArgs;
 use crate::commands::refuse::read_calibration;
 use crate::failure::{Outcome, in_words, usage};
 use crate::global::Global;
 use crate::takes_folder::{Located, TakesFolder};
-use crate::{output, progress, values};
+use crate::{output, progress};
 
 pub(super) const METHODS: [&str; 4] = ["menard", "weighted", SHIPS, "offline"];
 /// The preset with the settings that a server begins with.
@@ -34,24 +32,9 @@ pub(super) struct TakesArgs {
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
     #[command(flatten)]
-    run: RunArgs,
+    compare: CompareArgs,
     #[command(flatten)]
     takes: TakesFolder,
-}
-
-/// How recorded things are worked through.
-#[derive(Debug, Args)]
-pub(super) struct RunArgs {
-    /// How much is left out at the start, while clocks are mapped and people are found
-    #[arg(long, value_name = "S", default_value = "2", value_parser = values::seconds)]
-    skip: f64,
-    /// How many are worked on at once [default: one for each core]
-    #[arg(long, value_name = "N", value_parser = values::whole(1usize, 256))]
-    threads: Option<usize>,
-    #[command(flatten)]
-    methods: MethodArgs,
-    #[command(flatten)]
-    shown: ShownArgs,
 }
 
 pub(super) fn run(args: &TakesArgs, global: &Global) -> anyhow::Result<Outcome> {
@@ -74,11 +57,11 @@ pub(super) fn run(args: &TakesArgs, global: &Global) -> anyhow::Result<Outcome> 
             without.map_or("", |m| m.name.as_str())
         )));
     }
-    args.run
+    args.compare
         .judge("Methods on takes", &materials, Vec::new(), global)
 }
 
-impl RunArgs {
+impl CompareArgs {
     /// Fuses everything with every method and shows what came out.
     pub(super) fn judge(
         &self,
@@ -89,8 +72,7 @@ impl RunArgs {
     ) -> anyhow::Result<Outcome> {
         let methods = self.methods.methods(&METHODS)?;
         let bar = progress::bar((materials.len() * methods.len()) as u64, "fusing");
-        let threads = self.threads.unwrap_or_else(cores);
-        let judged = in_parallel(materials.len(), threads, &|index| {
+        let judged = in_parallel(materials.len(), self.work.threads(), &|index| {
             materials[index].judged(&methods, self.skip, &|| bar.inc(1))
         });
         bar.finish_and_clear();
@@ -121,7 +103,7 @@ impl RunArgs {
             versus,
             ..Report::default()
         };
-        self.shown.show(&report, global)?;
+        self.work.show(&report, global)?;
         Ok(match left_out.is_empty() {
             true => Outcome::Done,
             false => Outcome::DoneWithLoss,
