@@ -17,12 +17,12 @@ const LEAST_WEIGHT: f64 = 0.05;
 const MAX_BRIDGE_NS: i64 = 100_000_000;
 
 /// How far a joint counts as measured: 1 with trust, 0 when only carried on from the past, between them by its
-/// uncertainty. [`sigma_of`] goes back.
-pub(super) fn weight_of(state: &JointState<Room>) -> f64 {
+/// uncertainty, which is `unsaid_m` more than it says. [`sigma_of`] goes back.
+pub(super) fn weight_of(state: &JointState<Room>, unsaid_m: f64) -> f64 {
     match state.provenance {
         Provenance::Measured(_) => 1.0,
         Provenance::Predicted(by) if !by.is_empty() => {
-            let odd = state.sigma_m() / WEAK_SIGMA_M;
+            let odd = state.sigma_m().hypot(unsaid_m) / WEAK_SIGMA_M;
             let weight = 1.0 / (1.0 + odd * odd);
             if weight < LEAST_WEIGHT { 0.0 } else { weight }
         }
@@ -51,10 +51,9 @@ impl Sample {
         confidence: 0.0,
     };
 
-    fn of(state: Option<&JointState<Room>>) -> Self {
-        let measured = state.map(|state| (state, weight_of(state)));
-        match measured.filter(|(_, weight)| *weight > 0.0) {
-            Some((state, weight)) => Self {
+    fn of(state: Option<&JointState<Room>>, weight: f64) -> Self {
+        match state.filter(|_| weight > 0.0) {
+            Some(state) => Self {
                 position: state.position.vector(),
                 weight: weight as f32,
                 confidence: state.confidence.get(),
@@ -79,9 +78,16 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Adds the pose of a frame newer than all before.
-    pub(super) fn push(&mut self, time: Timestamp, skeleton: &Skeleton<Room>) {
-        let joints = Joint::ALL.map(|joint| Sample::of(skeleton[joint].as_ref()));
+    /// Adds the pose of a frame newer than all before, its joints measured as far as `weights` say.
+    pub(super) fn push(
+        &mut self,
+        time: Timestamp,
+        skeleton: &Skeleton<Room>,
+        weights: &[f64; JOINT_COUNT],
+    ) {
+        let joints = std::array::from_fn(|index| {
+            Sample::of(skeleton[Joint::ALL[index]].as_ref(), weights[index])
+        });
         self.poses.push_back(Pose { time, joints });
     }
 

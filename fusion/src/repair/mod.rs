@@ -11,6 +11,7 @@ mod person;
 mod request;
 mod simple;
 mod step;
+mod trust;
 
 pub use config::RepairConfig;
 pub use model::{Fill, MAX_AGE_S, ModelError, Needs, OcclusionModel, Window, WindowJoint};

@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use super::blend::{Blend, Source};
 use super::bones::Lengths;
-use super::history::{History, weight_of};
+use super::history::History;
+use super::trust::{Standing, Trust};
 use super::{Fill, RepairConfig};
 
 /// A joint that counts as measured this far is left alone.
@@ -26,11 +27,6 @@ const MOST_SIGMA_M: f64 = 2.0;
 /// Confidence of a joint made up without any doubt, and the doubt at which it is half of that, metres.
 const MADE_UP_CONFIDENCE: f64 = 0.5;
 const HALF_SIGMA_M: f64 = 0.1;
-/// What is carried on from the past is known to the model too: so much less is it worth beside it, and nothing after this
-/// time, seconds.
-const SHARED_PAST: f64 = 2.0;
-const CARRIED_S: f64 = 0.3;
-
 /// Bits of joints, by their numbers.
 pub(crate) type Joints = u32;
 
@@ -42,10 +38,10 @@ pub(super) struct Person {
     blends: [Blend; JOINT_COUNT],
     /// When the first frame was.
     first: Timestamp,
-    /// When each joint was last measured, however weakly.
-    measured: [Option<Timestamp>; JOINT_COUNT],
-    /// The same, of the frames that have left.
-    left_measured: [Option<Timestamp>; JOINT_COUNT],
+    /// Of the frames that have come.
+    come: Trust,
+    /// Of those that have left.
+    left: Trust,
 }
 
 impl Person {
@@ -55,8 +51,8 @@ impl Person {
             lengths: Lengths::default(),
             blends: [Blend::default(); JOINT_COUNT],
             first,
-            measured: [None; JOINT_COUNT],
-            left_measured: [None; JOINT_COUNT],
+            come: Trust::none(),
+            left: Trust::none(),
         }
     }
 
@@ -74,17 +70,15 @@ impl Person {
         known: Joints,
         config: &RepairConfig,
     ) -> Joints {
-        self.history.push(time, skeleton);
+        let standing = self.come.note(time, skeleton);
+        let weights = standing.map(|joint| joint.weight);
+        self.history.push(time, skeleton, &weights);
         self.lengths.learn(skeleton);
         let mut gaps = 0;
-        for (index, joint) in Joint::ALL.into_iter().enumerate() {
-            let weight = skeleton[joint].as_ref().map_or(0.0, weight_of);
-            if weight > 0.0 {
-                self.measured[index] = Some(time);
-            }
-            let since = self.measured[index].unwrap_or(self.first);
+        for (index, joint) in standing.iter().enumerate() {
+            let since = joint.measured.unwrap_or(self.first);
             let may = known & 1 << index != 0 && time.since_ns(since) <= config.max_ns();
-            if may && weight < GOOD_WEIGHT {
+            if may && joint.weight < GOOD_WEIGHT {
                 gaps |= 1 << index;
             }
         }
@@ -101,12 +95,13 @@ impl Person {
         blend_s: f64,
     ) -> u64 {
         let mut filled = 0;
-        let worth = self.worth(time, skeleton);
+        let standing = self.left.note(time, skeleton);
         if let Some((fills, _)) = made {
             for (index, joint) in Joint::ALL.into_iter().enumerate() {
                 if gaps & 1 << index != 0
                     && let Some(fill) = fills[joint].filter(is_usable)
-                    && let Some(state) = combine(skeleton[joint].as_ref(), worth[index], &fill)
+                    && let Some(state) =
+                        combine(skeleton[joint].as_ref(), time, &standing[index], &fill)
                 {
                     skeleton[joint] = Some(state);
                     filled |= 1 << index;
@@ -136,20 +131,6 @@ impl Person {
         u64::from(filled.count_ones())
     }
 
-    /// How much what is known of each joint is worth beside a model: 1 for a measurement, less for what is carried on.
-    fn worth(&mut self, time: Timestamp, skeleton: &Skeleton<Room>) -> [f64; JOINT_COUNT] {
-        std::array::from_fn(|index| {
-            let state = skeleton[Joint::ALL[index]].as_ref();
-            if state.map_or(0.0, weight_of) > 0.0 {
-                self.left_measured[index] = Some(time);
-                return 1.0;
-            }
-            let age_s = self.left_measured[index].map(|seen| time.since_seconds(seen));
-            let left = 1.0 - age_s.map_or(1.0, |age_s| age_s / CARRIED_S);
-            left.max(0.0) / SHARED_PAST
-        })
-    }
-
     fn keep_lengths(&self, skeleton: &mut Skeleton<Room>, filled: Joints) {
         let mut places =
             Joint::ALL.map(|joint| skeleton.position(joint).map(|place| place.vector()));
@@ -172,14 +153,21 @@ fn is_usable(fill: &Fill) -> bool {
     fill.position.iter().all(|x| x.is_finite()) && fill.sigma_m.is_finite() && fill.sigma_m >= 0.0
 }
 
-/// The joint by what is `known` of it, which is `worth` (0..=1) that, and the model's `fill`; `None` where that has next to no say.
-fn combine(known: Option<&JointState<Room>>, worth: f64, fill: &Fill) -> Option<JointState<Room>> {
+/// The joint by what is `known` of it at `time`, and what is to be thought of that, and the model's `fill`; `None` where that has next to no say.
+fn combine(
+    known: Option<&JointState<Room>>,
+    time: Timestamp,
+    standing: &Standing,
+    fill: &Fill,
+) -> Option<JointState<Room>> {
     let sigma_m = fill.sigma_m.clamp(LEAST_SIGMA_M, MOST_SIGMA_M);
     let made = Matrix3::from_diagonal_element(sigma_m * sigma_m);
+    let worth = standing.worth(time);
     let Some(known) = known.filter(|_| worth > 0.0) else {
         return Some(made_up(fill.position, made));
     };
-    let doubt = known.covariance / worth;
+    let unsaid = Matrix3::from_diagonal_element(standing.unsaid_m * standing.unsaid_m);
+    let doubt = (known.covariance + unsaid) / worth;
     let gain = doubt * (doubt + made).try_inverse()?;
     if gain.trace() / 3.0 < LEAST_SHARE {
         return None;

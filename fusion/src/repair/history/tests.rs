@@ -31,7 +31,8 @@ fn walk() -> History {
         let mut pose = Skeleton::empty();
         pose[Joint::Head] = Some(measured(x));
         pose[Joint::Neck] = (frame < 5).then(|| measured(x));
-        history.push(at(frame), &pose);
+        let weights = Joint::ALL.map(|j| pose[j].as_ref().map_or(0.0, |s| weight_of(s, 0.0)));
+        history.push(at(frame), &pose, &weights);
     }
     history
 }
@@ -90,13 +91,13 @@ fn what_is_forgotten_is_still_known_to_have_been() {
 
 #[test]
 fn weights_tell_how_weak_a_measurement_is() {
-    assert_eq!(weight_of(&measured(0.0)), 1.0);
+    assert_eq!(weight_of(&measured(0.0), 0.0), 1.0);
     let weak = Provenance::Predicted(SensorSet::only(sensor()));
     for sigma_m in [0.02, 0.05, 0.15] {
-        let weight = weight_of(&state(0.0, weak, sigma_m));
+        let weight = weight_of(&state(0.0, weak, sigma_m), 0.0);
         assert!((sigma_of(weight as f32) - sigma_m).abs() < 1e-6, "{weight}");
     }
-    assert_eq!(weight_of(&state(0.0, weak, 1.0)), 0.0);
+    assert_eq!(weight_of(&state(0.0, weak, 1.0), 0.0), 0.0);
     let coasting = Provenance::Predicted(SensorSet::EMPTY);
-    assert_eq!(weight_of(&state(0.0, coasting, 0.01)), 0.0);
+    assert_eq!(weight_of(&state(0.0, coasting, 0.01), 0.0), 0.0);
 }
