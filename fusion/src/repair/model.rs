@@ -19,7 +19,8 @@ pub struct WindowJoint {
     /// Where it was measured at this time or, if it was not, last before it; room metres. Of a joint that was never
     /// measured: the middle of those that were.
     pub position: Vector3<f64>,
-    /// How far it was measured: 0 not at all, 1 with trust, between them a weak measurement.
+    /// How far it was measured: 0 not at all, 1 with trust, between them a weak measurement, whose standard deviation is
+    /// 5 cm times the root of 1 / weight - 1.
     pub weight: f32,
     /// Confidence of the measurement, 0..=1; 0 where there is none.
     pub confidence: f32,

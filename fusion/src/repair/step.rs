@@ -12,8 +12,12 @@ use serde::{Deserialize, Serialize};
 
 use super::blend::Source;
 use super::choice::Choice;
-use super::person::{Joints, Person};
-use super::{Fill, RepairAnswer, RepairConfig, RepairModel, RepairRequest};
+use super::person::Person;
+use super::waiting::{Answer, Waiting};
+use super::{
+    Circumstances, Fill, Outlet, RepairAnswer, RepairConfig, RepairCounts, RepairModel,
+    RepairRequest,
+};
 use crate::config::seconds_to_ns;
 
 /// Requests without an answer at most, live; then the oldest frame goes on without.
@@ -25,43 +29,6 @@ const MOST_POSES: usize = 600;
 const RATES_HZ: RangeInclusive<f64> = 1.0..=240.0;
 /// Poses are kept this much longer than windows reach, ns.
 const SPARE_NS: i64 = 200_000_000;
-
-/// What repair has done since the engine's start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RepairCounts {
-    /// Joints of frames that were made up in whole or in part.
-    pub joints: u64,
-    /// People of frames that had such joints.
-    pub poses: u64,
-    /// Windows given to the model outside.
-    pub asked: u64,
-    /// Its answers that were used.
-    pub answered: u64,
-    /// Its answers that said that it failed, or made no sense.
-    pub failed: u64,
-    /// Windows that the simple model filled because the answer had not come in time.
-    pub late: u64,
-    /// Answers to nothing that was still open.
-    pub unknown: u64,
-}
-
-/// Where finished frames and requests go.
-pub(crate) trait Outlet {
-    fn frame(&mut self, frame: RoomFrame);
-    fn request(&mut self, request: RepairRequest);
-}
-
-/// What is the same for one call.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Circumstances<'a> {
-    pub(crate) config: &'a RepairConfig,
-    /// The engine's time.
-    pub(crate) now: Timestamp,
-    /// The joints that the sensors' trackers have.
-    pub(crate) known: Joints,
-    /// Frames may wait for later ones.
-    pub(crate) offline: bool,
-}
 
 /// Everybody, and the frames that wait.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -75,48 +42,6 @@ pub(crate) struct Repair {
     /// Requests so far.
     asked: u64,
     counts: RepairCounts,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Waiting {
-    frame: RoomFrame,
-    /// By the frame's tracks.
-    gaps: Vec<Joints>,
-    asked: bool,
-    /// By the frame's tracks; empty until asked.
-    answers: Vec<Answer>,
-    /// Nothing that comes later is waited for.
-    last: bool,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-enum Answer {
-    /// Nothing is missing, or nothing can be said.
-    None,
-    Open {
-        number: u64,
-        deadline: Timestamp,
-    },
-    /// The simple model has to stand in.
-    Failed,
-    Filled {
-        fills: JointMap<Fill>,
-        source: Source,
-    },
-}
-
-impl Waiting {
-    fn is_ready(&self) -> bool {
-        let ready = |answer| matches!(answer, &Answer::None | &Answer::Filled { .. });
-        self.asked && self.answers.iter().all(ready)
-    }
-
-    fn open(&self) -> impl Iterator<Item = (u64, Timestamp)> {
-        self.answers.iter().filter_map(|answer| match answer {
-            Answer::Open { number, deadline } => Some((*number, *deadline)),
-            Answer::None | Answer::Failed | Answer::Filled { .. } => None,
-        })
-    }
 }
 
 impl Repair {
