@@ -20,7 +20,7 @@ const RIDGE: f64 = 1e-6;
 /// No joint is described better than this, mean bones squared.
 const LEAST_REST: f64 = 1e-5;
 
-pub fn learn(folder: &Path, table: &Path) -> Result<(), Box<dyn Error>> {
+pub(crate) fn learn(folder: &Path, table: &Path) -> Result<(), Box<dyn Error>> {
     let mut recorded = pieces(folder, Part::Training)?;
     recorded.retain(|piece| piece.len() > CHANGE);
     let mut bodies: Vec<Vec<DVector<f64>>> = Vec::new();

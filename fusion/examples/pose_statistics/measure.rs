@@ -15,7 +15,7 @@ const GAPS_S: [f64; 4] = [0.2, 0.5, 1.0, 2.0];
 /// Of each gap so many poses are looked at.
 const LOOKS: usize = 6;
 
-pub fn measure(folder: &Path, noise_mm: f64) -> Result<(), Box<dyn Error>> {
+pub(crate) fn measure(folder: &Path, noise_mm: f64) -> Result<(), Box<dyn Error>> {
     println!("part,limb,model,gap_s,mean_mm,p95_mm,rms_over_sigma,us");
     for part in [Part::HeldOut, Part::Unseen] {
         let pieces = pieces(folder, part)?;

@@ -11,9 +11,9 @@ use posefuse_skeleton::{JOINT_COUNT, Joint};
 use serde::Deserialize;
 
 /// All joints of one instant, room metres.
-pub type Pose = [Vector3<f64>; JOINT_COUNT];
+pub(crate) type Pose = [Vector3<f64>; JOINT_COUNT];
 
-pub const RATE_HZ: f64 = 30.0;
+pub(crate) const RATE_HZ: f64 = 30.0;
 /// CMU's salsa says 120 Hz and is 60 Hz.
 const REALLY_60_HZ: &str = "salsa";
 /// Nothing of a person moves faster; what does is a jump of the recording, m/s.
@@ -21,7 +21,7 @@ const MAX_SPEED_MPS: f64 = 12.0;
 
 /// What a recording is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Part {
+pub(crate) enum Part {
     Training,
     HeldOut,
     Unseen,
@@ -35,7 +35,7 @@ struct Split {
 }
 
 /// Every piece of the recordings of `part` below `folder`, in order of their paths.
-pub fn pieces(folder: &Path, part: Part) -> Result<Vec<Vec<Pose>>, Box<dyn Error>> {
+pub(crate) fn pieces(folder: &Path, part: Part) -> Result<Vec<Vec<Pose>>, Box<dyn Error>> {
     let split = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/training/split.toml");
     let split: Split = toml::from_str(&fs::read_to_string(split)?)?;
     let mut files = Vec::new();

@@ -10,7 +10,7 @@ use super::{MAX_AGE_S, Needs, Window, WindowJoint};
 use crate::config::seconds_to_ns;
 
 /// Standard deviation of a measurement that counts half, metres.
-pub const WEAK_SIGMA_M: f64 = 0.05;
+const WEAK_SIGMA_M: f64 = 0.05;
 /// A weight below this is none.
 const LEAST_WEIGHT: f64 = 0.05;
 /// Poses further apart than this have nothing known between them, ns.

@@ -117,7 +117,7 @@ impl Repair {
         match <[JointMap<Fill>; 1]>::try_from(answer.fills) {
             Ok([fills]) => {
                 *slot = Answer::Filled {
-                    fills,
+                    fills: Box::new(fills),
                     source: Source::Outside,
                 };
                 self.counts.answered += 1;
@@ -271,7 +271,7 @@ impl Repair {
         let needs = choice.simple.needs_of();
         let window = person.history.window(time, &needs);
         Answer::Filled {
-            fills: choice.simple.fill_one(&window, needs.before),
+            fills: Box::new(choice.simple.fill_one(&window, needs.before)),
             source: Source::Simple,
         }
     }
@@ -316,7 +316,7 @@ impl Repair {
                 continue;
             };
             let made = match answer {
-                Answer::Filled { fills, source } => Some((fills, *source)),
+                Answer::Filled { fills, source } => Some((&**fills, *source)),
                 Answer::None | Answer::Open { .. } | Answer::Failed => None,
             };
             let joints = person.finish(frame.time, &mut track.skeleton, gaps, made, blend_s);

@@ -30,7 +30,7 @@ pub(super) enum Answer {
     /// The simple model has to stand in.
     Failed,
     Filled {
-        fills: JointMap<Fill>,
+        fills: Box<JointMap<Fill>>,
         source: Source,
     },
 }
