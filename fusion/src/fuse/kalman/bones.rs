@@ -1,10 +1,11 @@
-//! Soft bones: a person's bones keep their lengths, and so each end of a bone says something of the other.
+//! Soft bones: a person's bones keep their lengths, and so each end of a bone says something of the other. Of bones
+//! within a segment the segment says more; what is left are upper arms and thighs.
 
-use nalgebra::Vector3;
 use posefuse_skeleton::{BONES, JOINT_COUNT};
 use serde::{Deserialize, Serialize};
 
 use super::evidence::Evidence;
+use super::segments::are_together;
 use crate::length::Length;
 
 /// Standard deviation of a bone's length, metres.
@@ -21,7 +22,11 @@ impl Bones {
     /// Adds to the evidence on each end of a bone what the other end says of it.
     pub(super) fn draw(&self, evidence: &mut [Option<Evidence>; JOINT_COUNT]) {
         let before = *evidence;
-        for (bone, length) in BONES.iter().zip(&self.0) {
+        for (bone, length) in BONES
+            .iter()
+            .zip(&self.0)
+            .filter(|(bone, _)| !are_together(bone.parent, bone.child))
+        {
             let ends = [bone.parent as usize, bone.child as usize];
             let (Some(length_m), Some(parent), Some(child)) =
                 (length.known(), &before[ends[0]], &before[ends[1]])
@@ -53,18 +58,19 @@ impl Bones {
     /// Learns from what the sensors alone say, before any bone was drawn: what is drawn to a length teaches nothing of
     /// it. Measured along the bone as it was expected, because noise across a bone makes it look longer.
     pub(super) fn learn(&mut self, evidence: &[Option<Evidence>; JOINT_COUNT]) {
-        let off: [Option<Vector3<f64>>; JOINT_COUNT] = std::array::from_fn(|index| {
-            let evidence = evidence[index].as_ref().filter(|e| e.trusted)?;
-            Some(evidence.information.try_inverse()? * evidence.pull)
-        });
-        for (bone, length) in BONES.iter().zip(&mut self.0) {
+        let off = |evidence: &Evidence| {
+            let spread = evidence.information.try_inverse()?;
+            evidence.trusted.then(|| spread * evidence.pull)
+        };
+        let bones = BONES.iter().zip(&mut self.0);
+        for (bone, length) in bones.filter(|(bone, _)| !are_together(bone.parent, bone.child)) {
             let ends = [bone.parent as usize, bone.child as usize];
             let [Some(parent), Some(child)] = ends.map(|end| evidence[end].as_ref()) else {
                 continue;
             };
             let along = child.expected - parent.expected;
             if let (Some(a), Some(b), Some(direction)) =
-                (off[ends[0]], off[ends[1]], along.try_normalize(SHORTEST_M))
+                (off(parent), off(child), along.try_normalize(SHORTEST_M))
             {
                 length.learn(direction.dot(&(along + b - a)).abs());
             }

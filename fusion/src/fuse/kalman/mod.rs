@@ -16,6 +16,7 @@ mod segments;
 mod slow;
 mod smooth;
 mod state;
+mod words;
 
 use std::collections::VecDeque;
 use std::ops::{Range, RangeInclusive};
@@ -25,8 +26,7 @@ use posefuse_skeleton::{JOINT_COUNT, Joint, SensorId, Timestamp};
 use serde::{Deserialize, Serialize};
 
 use super::Fused;
-use crate::body::{HALVES, Halves, pairs};
-use crate::noise::Noise;
+use crate::body::{Halves, pairs};
 use bones::Bones;
 pub(crate) use evidence::Reading;
 use evidence::{Evidence, Word, weigh};
@@ -36,11 +36,10 @@ use motion::Motion;
 use segments::Segments;
 use slow::SlowErrors;
 use smooth::{Hindsight, Step};
+use words::{Trust, tell_parts, word};
 
 /// No joint moves faster, m/s.
 const MAX_SPEED_MPS: f64 = 12.0;
-/// What even a silent sensor's joint shakes, metres.
-const FINE_M: f64 = 0.003;
 
 /// One person's filter: all joints, and what is known of the sensors' errors with this person.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -341,82 +340,6 @@ impl JointFilter {
         }
     }
 }
-
-/// How far a word is to be trusted.
-#[derive(Clone, Copy, Debug)]
-struct Trust {
-    /// The person's own body hides the joint.
-    hidden: bool,
-    /// Variance of a sensor that is off as a whole, m^2.
-    fault: f64,
-}
-
-/// What reading `number` says of joint number `index`, which was expected to be `there` at the sample's time.
-fn word(
-    number: usize,
-    reading: &Reading,
-    index: usize,
-    moment: &Moment,
-    slow: &SlowErrors,
-    Trust { hidden, fault }: Trust,
-    there: Vector3<f64>,
-) -> Word {
-    let position = reading.body.position[index];
-    let confidence = f64::from(reading.body.confidence[index]);
-    let claimed = confidence >= moment.trusted;
-    let sure = claimed && !hidden;
-    let (mean, variance) = slow.of(index, sure);
-    let doubt = HALF[index].map_or(0.0, |half| reading.doubt[half]);
-    let image = Noise::of_image(position, reading.origin);
-    let quick = image.louder(slow.loudness()).plus(FINE_M * FINE_M + doubt);
-    // The less confidence is left, the less even a guess is worth.
-    let worth = Noise::of_guess(confidence, moment.trusted);
-    Word {
-        reading: number,
-        off: position - mean - there,
-        image: image.mean_variance(),
-        quick: quick.mean_variance(),
-        information: quick.plus(variance * worth + fault).information(),
-        confidence,
-        claimed,
-        sure,
-        weight: 1.0,
-        unsure: None,
-        apart_m: None,
-    }
-}
-
-/// Each sensor's part in what `words` say of joint number `joint`.
-fn tell_parts(joint: usize, words: &[Word], readings: &[Reading], part: &mut dyn FnMut(Part)) {
-    let share = |word: &Word| word.information.trace() * word.weight;
-    let all: f64 = words.iter().map(share).sum();
-    for word in words.iter().filter(|word| readings[word.reading].fresh) {
-        part(Part {
-            sensor: readings[word.reading].sensor,
-            joint,
-            share: share(word) / all,
-            rejected: word.sure.then(|| word.is_ignored()),
-            apart_m: word.apart_m,
-        });
-    }
-}
-
-/// The half of the body (arms, legs) that each joint belongs to; none for the middle.
-const HALF: [Option<usize>; JOINT_COUNT] = {
-    let mut table = [None; JOINT_COUNT];
-    let mut half = 0;
-    while half < HALVES.len() {
-        let mut pair = 0;
-        while pair < HALVES[half].len() {
-            let (left, right) = HALVES[half][pair];
-            table[left as usize] = Some(half);
-            table[right as usize] = Some(half);
-            pair += 1;
-        }
-        half += 1;
-    }
-    table
-};
 
 #[cfg(test)]
 mod tests;

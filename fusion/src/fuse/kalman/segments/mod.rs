@@ -38,6 +38,20 @@ const SEGMENTS: [&[Joint]; 5] = {
         &[KneeRight, AnkleRight, FootRight],
     ]
 };
+/// The number of the segment that each joint belongs to. All joints are in one, and none in two.
+const SEGMENT_OF: [usize; JOINT_COUNT] = {
+    let mut table = [0; JOINT_COUNT];
+    let mut segment = 0;
+    while segment < SEGMENTS.len() {
+        let mut number = 0;
+        while number < SEGMENTS[segment].len() {
+            table[SEGMENTS[segment][number] as usize] = segment;
+            number += 1;
+        }
+        segment += 1;
+    }
+    table
+};
 /// The segments that change sides with the arms, and with the legs.
 const SIDES: Halves<(usize, usize)> = [(1, 2), (3, 4)];
 /// Most joints of a segment, and the fewest that tell where it is.
@@ -58,6 +72,11 @@ const MEMORY: f64 = 600.0;
 
 /// A segment that was not heard for this long may have turned any way, seconds.
 const LOST_S: f64 = 0.3;
+
+/// Whether both joints belong to one segment.
+pub(super) fn are_together(a: Joint, b: Joint) -> bool {
+    SEGMENT_OF[a as usize] == SEGMENT_OF[b as usize]
+}
 
 /// All segments of one person.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
