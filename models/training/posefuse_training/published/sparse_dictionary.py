@@ -70,7 +70,7 @@ class Dictionary(nn.Module):
 # --- the paper's experiment -------------------------------------------------------------------------------------------
 
 BATCH, STEPS, CODING = 128, 80, 30
-TEST_STEPS = 100
+TEST_STEPS = 40
 MISSING_FRAMES = 0.4
 MARKERS = (3, 6)
 PUBLISHED_BONE_CM = 1e-4
