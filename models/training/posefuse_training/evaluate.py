@@ -18,6 +18,7 @@ Filler = Callable[[Cases], np.ndarray]
 def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--data", type=Path, required=True, help="folder written by `prepare`")
     parser.add_argument("--model", action="append", default=[], help="NAME.onnx with NAME.toml beside it; may be repeated")
+    parser.add_argument("--every", type=int, default=1, help="every so many-th gap only, for a first look; odd, so that the sides alternate")
     parser.add_argument("--offline", action="store_true", help="the offline table: simple methods may look at both sides of a gap")
 
 
@@ -31,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
         longest = [max(longest[0], before + 1), max(longest[1], after)]
     for split in ("held_out", "unseen"):
         print(f"\n{split}: mean mm after gaps of {', '.join(map(str, GAPS_S))} s")
-        print(as_text(table(Prepared.load(options.data, split), methods, *longest)))
+        print(as_text(table(Prepared.load(options.data, split), methods, *longest, every=options.every)))
     return 0
 
 
@@ -45,12 +46,12 @@ def simple_methods(conditional: GaussianConditional, offline: bool = False) -> d
     return {**simple.LIVE, "gaussian + continuity": lambda case: simple.gaussian(case, conditional)}
 
 
-def table(prepared: Prepared, methods: dict[str, Filler], before: int = 63, after: int = 15) -> dict[tuple[str, str], list[float]]:
+def table(prepared: Prepared, methods: dict[str, Filler], before: int = 63, after: int = 15, every: int = 1) -> dict[tuple[str, str], list[float]]:
     """Mean mm for each (part, method), one number for each of `GAPS_S`."""
     result: dict[tuple[str, str], list[float]] = {}
     for part in PARTS:
         for gap_s in GAPS_S:
-            case = cases(prepared, part, gap_s, before, after)
+            case = cases(prepared, part, gap_s, before, after).every(every)
             for name, fill in methods.items():
                 result.setdefault((part, name), []).append(error_mm(fill(case), case))
     return result

@@ -18,7 +18,7 @@ class Recipe(Protocol):
     """`live` or `offline`."""
     BEFORE: int
     AFTER: int
-    """Poses before and after the filled one; an offline model that fills its whole window has BEFORE = T - 1, AFTER = 0."""
+    """Poses before and after the one that is filled; a model may also fill all of its window."""
     ABOUT: dict[str, Any]
     """`summary` and `source` of the manifest."""
 
@@ -31,7 +31,7 @@ class Recipe(Protocol):
     def load(self, runs: list[Path]) -> Any:
         """The trained `torch.nn.Module` in eval mode with the common interface: (pose, mask, age) to (filled, sigma).
 
-        With several runs: their ensemble, where the model has one.
+        Of several runs, where the model can: all of them together.
         """
 
 
