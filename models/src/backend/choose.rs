@@ -76,11 +76,7 @@ fn best(file: &ModelFile, config: &Config) -> Result<Chosen, Refused> {
         (Ok(slow), Ok(other)) if other.least < slow.least => Ok(other),
         (Err(_), Ok(other)) => Ok(other),
         (Ok(slow), Ok(other)) => Ok(Chosen {
-            why: format!(
-                "quicker than {} ({:.1} ms)",
-                other.runtime,
-                ms(other.least)
-            ),
+            why: format!("quicker than {} ({:.1} ms)", other.runtime, ms(other.least)),
             ..slow
         }),
         (Ok(slow), Err(error)) => Ok(Chosen {
