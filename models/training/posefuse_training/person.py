@@ -24,13 +24,13 @@ def person_frame(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 class GaussianConditional:
     """Where hidden joints are on average, given those seen; every pose for itself, in the person's frame."""
 
-    def __init__(self, poses: np.ndarray, noise_m: float = 0.015, pattern_cache: dict | None = None):
+    def __init__(self, poses: np.ndarray, noise_m: float = 0.015):
         """From complete poses (n, 25, 3) in room metres."""
         own, _, _ = person_frame(poses)
         own = (own / sizes(poses)[..., None, None]).reshape(len(poses), -1)
         self.mean = own.mean(axis=0)
         self.covariance = np.cov(own - self.mean, rowvar=False) + np.eye(own.shape[1]) * noise_m**2
-        self._gains = pattern_cache if pattern_cache is not None else {}
+        self._gains: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
 
     def __call__(self, own: np.ndarray, hidden: tuple[int, ...]) -> np.ndarray:
         """`own` (..., 25, 3) sized, in the person's frame; the same with the `hidden` joints replaced."""
