@@ -1,4 +1,5 @@
 //! Every shipped model and the test networks, on both runtimes, against what PyTorch gave.
+#![allow(clippy::unwrap_used, reason = "a test's helpers may fail the test")]
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,5 @@
 //! Wrong and damaged models are refused with the reason and what to do; nothing panics.
+#![allow(clippy::unwrap_used, reason = "a test's helpers may fail the test")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
 //! Windows of the engine through a network: long and short ones, several at once, and answers that are nonsense.
+#![allow(clippy::unwrap_used, reason = "a test's helpers may fail the test")]
 
 use posefuse_fusion::{Fill, OcclusionModel};
 use posefuse_models::Ask;

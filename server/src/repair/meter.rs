@@ -57,15 +57,6 @@ impl Meter {
         counts.times.push_back(after);
     }
 
-    /// The counts now.
-    #[cfg(test)]
-    pub(crate) fn view(&self) -> View {
-        self.counts
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .view
-    }
-
     /// For the status.
     pub(crate) fn to_wire(&self) -> v1::RepairStatus {
         let counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);

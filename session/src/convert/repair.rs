@@ -20,7 +20,7 @@ pub(super) fn model_to_wire(model: Option<&RepairModel>) -> v1::RepairModel {
 }
 
 pub(super) fn model_from_wire(wire: v1::RepairModel) -> Option<RepairModel> {
-    (!wire.name.is_empty()).then(|| RepairModel {
+    (!wire.name.is_empty()).then_some(RepairModel {
         name: wire.name,
         needs: Needs {
             before: wire.before as usize,
