@@ -141,7 +141,11 @@ impl Room {
 
     pub(super) async fn stop_take(self: &Arc<Self>) -> Result<v1::Take, Status> {
         let room = self.clone();
-        let stopped = self.tasks.spawn(async move { room.end_take().await });
+        let stopped = self.tasks.spawn(async move {
+            // What happened since the watchman last looked belongs into the take.
+            note_changes(&room);
+            room.end_take().await
+        });
         stopped
             .await
             .map_err(|_| Status::internal("stopping the take failed"))?
@@ -150,8 +154,6 @@ impl Room {
     /// Ends the running take: what came before is in it, with index and footer.
     pub(crate) async fn end_take(&self) -> Result<v1::Take, Status> {
         let _changing = self.changing.lock().await;
-        // What happened since the watchman last looked belongs into the take.
-        note_changes(self);
         let recording = self.takes.current().take();
         let Some(recording) = recording else {
             return Err(Status::failed_precondition("no take is being recorded"));
