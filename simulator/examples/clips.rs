@@ -9,18 +9,16 @@
 use std::error::Error;
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
-use posefuse_simulator::load::load;
+use posefuse_simulator::load::{find, load};
 use posefuse_simulator::motion::{Cast, Clip, Performance, Situation};
 use posefuse_skeleton::{Joint, JointMap, Position, Room};
 
 const RATE_HZ: f64 = 30.0;
 /// Shorter clips teach nothing.
 const SHORTEST_S: f64 = 0.5;
-/// CMU's salsa says 120 Hz and is 60 Hz.
-const REALLY_60_HZ: &str = "salsa";
 const MADE_S: f64 = 120.0;
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
@@ -30,9 +28,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         [folder, out, made] => (Path::new(folder), Path::new(out), made.parse::<u64>()?),
         _ => return Err("expected: clips FOLDER OUT [MADE]".into()),
     };
-    let mut files = Vec::new();
-    find(folder, &mut files)?;
-    files.sort();
+    let files = find(folder)?;
     let (mut written, mut skipped, mut frames) = (0, 0, 0);
     for file in &files {
         match convert(folder, file, out) {
@@ -55,28 +51,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     Ok(ExitCode::from(if skipped > 0 { 3 } else { 0 }))
 }
 
-/// All files below `folder` that a loader may know.
-fn find(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.is_dir() {
-            find(&path, files)?;
-            continue;
-        }
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        if matches!(extension.as_deref(), Some("bvh" | "amc" | "txt" | "csv")) {
-            files.push(path);
-        }
-    }
-    Ok(())
-}
-
 fn convert(folder: &Path, file: &Path, out: &Path) -> Result<usize, Box<dyn Error>> {
-    let mut clip = load(file)?;
+    let clip = load(file)?;
     let place = file.strip_prefix(folder)?;
-    if place.iter().any(|part| part == REALLY_60_HZ) && clip.rate_hz() > 100.0 {
-        clip = clip.at_rate(60.0)?;
-    }
     if clip.duration_s() < SHORTEST_S {
         let duration = clip.duration_s();
         return Err(

@@ -8,8 +8,6 @@ use super::split::Tests;
 
 /// Poses per second.
 pub(super) const RATE_HZ: f64 = 30.0;
-/// CMU's salsa says 120 Hz and is 60 Hz.
-const REALLY_60_HZ: &str = "salsa";
 /// A pelvis is never faster, m/s.
 const FASTEST_ROOT_MPS: f64 = 8.0;
 /// Nor is any joint against it, m/s.
@@ -37,14 +35,9 @@ impl Motion {
     /// The stretches of `clip` that do not jump and in which every joint is known. `place` is the recording's path below
     /// the folder of recordings.
     pub fn of(clip: Clip, place: &str, tests: Tests) -> Vec<Self> {
-        let salsa = place.split('/').any(|part| part == REALLY_60_HZ);
-        let rate_hz = match salsa && clip.rate_hz() > 100.0 {
-            true => clip.rate_hz() / 60.0,
-            false => 1.0,
-        };
-        let count = (clip.duration_s() * rate_hz * RATE_HZ).floor() as usize + 1;
+        let count = (clip.duration_s() * RATE_HZ).floor() as usize + 1;
         let pose = |index: usize| -> Option<Pose> {
-            let joints = clip.pose(index as f64 / RATE_HZ / rate_hz);
+            let joints = clip.pose(index as f64 / RATE_HZ);
             let mut pose = [Vector3::zeros(); JOINT_COUNT];
             for joint in Joint::ALL {
                 pose[joint as usize] = joints[joint]?.vector();

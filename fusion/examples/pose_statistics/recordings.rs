@@ -2,11 +2,10 @@
 
 use std::error::Error;
 use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::Vector3;
-use posefuse_simulator::load::load;
+use posefuse_simulator::load::{find, load};
 use posefuse_skeleton::{JOINT_COUNT, Joint};
 use serde::Deserialize;
 
@@ -14,8 +13,6 @@ use serde::Deserialize;
 pub(crate) type Pose = [Vector3<f64>; JOINT_COUNT];
 
 pub(crate) const RATE_HZ: f64 = 30.0;
-/// CMU's salsa says 120 Hz and is 60 Hz.
-const REALLY_60_HZ: &str = "salsa";
 /// Nothing of a person moves faster; what does is a jump of the recording, m/s.
 const MAX_SPEED_MPS: f64 = 12.0;
 
@@ -38,21 +35,14 @@ struct Split {
 pub(crate) fn pieces(folder: &Path, part: Part) -> Result<Vec<Vec<Pose>>, Box<dyn Error>> {
     let split = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/training/split.toml");
     let split: Split = toml::from_str(&fs::read_to_string(split)?)?;
-    let mut files = Vec::new();
-    find(folder, &mut files)?;
-    files.sort();
     let mut pieces = Vec::new();
-    for file in files {
+    for file in find(folder)? {
         let place = file.strip_prefix(folder)?.to_string_lossy().into_owned();
         if split.part(&place) != part {
             continue;
         }
         match load(&file) {
             Ok(clip) => {
-                let clip = match place.contains(REALLY_60_HZ) && clip.rate_hz() > 100.0 {
-                    true => clip.at_rate(60.0)?,
-                    false => clip,
-                };
                 let count = (clip.duration_s() * RATE_HZ) as usize;
                 let poses = (0..count).filter_map(|index| {
                     let pose = clip.pose(index as f64 / RATE_HZ);
@@ -105,21 +95,6 @@ fn matches(pattern: &[u8], text: &[u8]) -> bool {
         ([a, rest @ ..], [b, more @ ..]) => a == b && matches(rest, more),
         _ => false,
     }
-}
-
-fn find(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.is_dir() {
-            find(&path, files)?;
-            continue;
-        }
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        if matches!(extension.as_deref(), Some("bvh" | "amc" | "txt" | "csv")) {
-            files.push(path);
-        }
-    }
-    Ok(())
 }
 
 /// Cuts at jumps.

@@ -70,9 +70,12 @@ pub enum LoadError {
     },
 }
 
+/// CMU's salsa, as BVH, says 120 Hz and was taken at 60.
+const REALLY_60_HZ: &str = "salsa";
+
 /// The motion in the file at `path`, by its extension.
 ///
-/// An `.amc` needs its skeleton in the same folder: for `35_01.amc` that is `35.asf`, or `35_01.asf`.
+/// A BVH file below a folder `salsa` that says 120 Hz is taken to be CMU's, and at 60 Hz. An `.amc` needs its skeleton in the same folder: for `35_01.amc` that is `35.asf`, or `35_01.asf`.
 pub fn load(path: &Path) -> Result<Clip, LoadError> {
     let name = path
         .file_stem()
@@ -83,7 +86,11 @@ pub fn load(path: &Path) -> Result<Clip, LoadError> {
         move |flaw| LoadError::Broken { path, flaw }
     };
     match extension.as_deref() {
-        Some("bvh") => bvh(&name, &read(path)?).map_err(broken(path)),
+        Some("bvh") => {
+            let clip = bvh(&name, &read(path)?).map_err(broken(path))?;
+            let salsa = path.iter().any(|part| part == REALLY_60_HZ) && clip.rate_hz() > 100.0;
+            Ok(if salsa { clip.at_half_rate() } else { clip })
+        }
         Some("txt" | "csv") => expmap(&name, &read(path)?).map_err(broken(path)),
         Some("amc") => {
             let skeleton = skeleton_of(path, &name)?;

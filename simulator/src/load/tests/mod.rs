@@ -227,3 +227,17 @@ fn files_are_found_by_their_kind_and_named_when_refused() {
         Err(LoadError::Unreadable { .. })
     ));
 }
+
+#[test]
+fn salsa_is_danced_at_its_real_speed() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path().join("salsa");
+    std::fs::create_dir(&folder).unwrap();
+    let text = bvh_text("0").replace("Frame Time: 0.01", "Frame Time: 0.00833333");
+    for (place, rate_hz) in [(temporary.path(), 120.0), (&*folder, 60.0)] {
+        let path = place.join("01.bvh");
+        std::fs::write(&path, &text).unwrap();
+        let found = load(&path).unwrap().rate_hz();
+        assert!((found - rate_hz).abs() < 0.01, "{found}");
+    }
+}
