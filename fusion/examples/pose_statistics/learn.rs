@@ -7,7 +7,7 @@ use std::path::Path;
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use posefuse_skeleton::{BONES, JOINT_COUNT, Joint};
 
-use crate::recordings::{Part, Pose, pieces};
+use crate::recordings::{Pose, pieces};
 
 /// As in `table.rs`.
 const LATENT: usize = 30;
@@ -21,7 +21,7 @@ const RIDGE: f64 = 1e-6;
 const LEAST_REST: f64 = 1e-5;
 
 pub(crate) fn learn(folder: &Path, table: &Path) -> Result<(), Box<dyn Error>> {
-    let mut recorded = pieces(folder, Part::Training)?;
+    let mut recorded = pieces(folder)?;
     recorded.retain(|piece| piece.len() > CHANGE);
     let mut bodies: Vec<Vec<DVector<f64>>> = Vec::new();
     let mut lengths = [0.0; BONES.len()];

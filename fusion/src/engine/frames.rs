@@ -6,7 +6,7 @@ use posefuse_skeleton::{RoomFrame, Timestamp};
 
 use super::{Engine, MAX_FRAMES_PER_INPUT, State, put};
 use crate::Output;
-use crate::repair::{Circumstances, Joints, Outlet, Repair, RepairConfig, RepairRequest};
+use crate::repair::{Circumstances, Outlet, Repair, RepairRequest};
 use crate::stages::Pipeline;
 
 impl Engine {
@@ -111,25 +111,8 @@ impl Engine {
 
     /// Sends the frames that `run` gets out of the stages on to repair.
     pub(super) fn give(&mut self, run: impl FnOnce(&mut Pipeline, &mut dyn FnMut(RoomFrame))) {
-        let Self {
-            config,
-            state,
-            trackable,
-            smooth_over,
-            ..
-        } = self;
-        let State {
-            now,
-            pipeline,
-            repair,
-            outputs,
-            frames,
-            newest,
-            ..
-        } = state;
-        let at = circumstances(&config.repair, *now, *trackable, smooth_over.is_some());
-        let newest = *newest;
-        let mut out = Outputs { outputs, frames };
+        let newest = self.state.newest;
+        let (pipeline, repair, at, mut out) = self.way_out();
         run(pipeline, &mut |mut frame| {
             frame.look_ahead_ns = newest.map_or(0, |newest| newest.since_ns(frame.time));
             repair.push(frame, &at, &mut out);
@@ -141,35 +124,27 @@ impl Engine {
         &mut self,
         run: impl FnOnce(&mut Repair, &Circumstances, &mut dyn Outlet),
     ) {
-        let Self {
-            config,
-            state,
-            trackable,
-            smooth_over,
-            ..
-        } = self;
-        let at = circumstances(&config.repair, state.now, *trackable, smooth_over.is_some());
+        let (_, repair, at, mut out) = self.way_out();
+        run(repair, &at, &mut out);
+    }
+
+    /// What a fused frame passes before it is an output.
+    fn way_out(&mut self) -> (&mut Pipeline, &mut Repair, Circumstances<'_>, Outputs<'_>) {
         let State {
+            now,
+            pipeline,
             repair,
             outputs,
             frames,
             ..
-        } = state;
-        run(repair, &at, &mut Outputs { outputs, frames });
-    }
-}
-
-fn circumstances(
-    config: &RepairConfig,
-    now: Option<Timestamp>,
-    known: Joints,
-    offline: bool,
-) -> Circumstances<'_> {
-    Circumstances {
-        config,
-        now: now.unwrap_or(Timestamp::ZERO),
-        known,
-        offline,
+        } = &mut self.state;
+        let at = Circumstances {
+            config: &self.config.repair,
+            now: now.unwrap_or(Timestamp::ZERO),
+            known: self.trackable,
+            offline: self.smooth_over.is_some(),
+        };
+        (pipeline, repair, at, Outputs { outputs, frames })
     }
 }
 

@@ -54,6 +54,13 @@ impl Choice {
     /// How much later a frame's answer can be asked for, seconds.
     pub(super) fn after_s(&self) -> f64 {
         let needs = self.outside.unwrap_or_else(|| self.simple.needs_of());
-        needs.after as f64 / needs.rate_hz
+        needs.after_s()
+    }
+
+    /// How far the windows that may be asked for look back, seconds.
+    pub(super) fn before_s(&self) -> f64 {
+        let simple_s = self.simple.needs_of().before_s();
+        self.outside
+            .map_or(simple_s, |needs| simple_s.max(needs.before_s()))
     }
 }

@@ -69,12 +69,15 @@ struct Pose {
     joints: [Sample; JOINT_COUNT],
 }
 
+/// When and where each joint was last measured.
+type LastSeen = [Option<(Timestamp, Vector3<f64>)>; JOINT_COUNT];
+
 /// One person's poses, oldest first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct History {
     poses: VecDeque<Pose>,
     /// Where each joint was last measured before the oldest pose, and when.
-    before: [Option<(Timestamp, Vector3<f64>)>; JOINT_COUNT],
+    before: LastSeen,
 }
 
 impl History {
@@ -97,11 +100,7 @@ impl History {
             let Some(pose) = self.poses.pop_front() else {
                 return;
             };
-            for (before, sample) in self.before.iter_mut().zip(&pose.joints) {
-                if sample.weight > 0.0 {
-                    *before = Some((pose.time, sample.position));
-                }
-            }
+            remember(&mut self.before, pose.time, &pose.joints);
         }
     }
 
@@ -119,7 +118,7 @@ impl History {
         for k in 0..count {
             let now = at(k);
             while let Some(pose) = self.poses.get(next).filter(|pose| pose.time <= now) {
-                remember(&mut known, pose);
+                remember(&mut known, pose.time, &pose.joints);
                 next += 1;
             }
             let measured = self.measured_at(now, next);
@@ -153,13 +152,9 @@ impl History {
         &self,
         now: Timestamp,
         measured: &[Sample; JOINT_COUNT],
-        known: &mut [Option<(Timestamp, Vector3<f64>)>; JOINT_COUNT],
+        known: &mut LastSeen,
     ) -> [WindowJoint; JOINT_COUNT] {
-        for (known, sample) in known.iter_mut().zip(measured) {
-            if sample.weight > 0.0 {
-                *known = Some((now, sample.position));
-            }
-        }
+        remember(known, now, measured);
         let middle = middle(known.iter().flatten().map(|(_, position)| *position));
         let first = self.poses.front();
         std::array::from_fn(|index| {
@@ -188,10 +183,10 @@ impl History {
     }
 }
 
-fn remember(known: &mut [Option<(Timestamp, Vector3<f64>)>; JOINT_COUNT], pose: &Pose) {
-    for (known, sample) in known.iter_mut().zip(&pose.joints) {
+fn remember(known: &mut LastSeen, time: Timestamp, joints: &[Sample; JOINT_COUNT]) {
+    for (known, sample) in known.iter_mut().zip(joints) {
         if sample.weight > 0.0 {
-            *known = Some((pose.time, sample.position));
+            *known = Some((time, sample.position));
         }
     }
 }

@@ -64,6 +64,16 @@ impl Needs {
     pub fn poses(&self) -> usize {
         self.before + 1 + self.after
     }
+
+    /// How far it looks back, seconds.
+    pub(super) fn before_s(&self) -> f64 {
+        self.before as f64 / self.rate_hz
+    }
+
+    /// How far it looks ahead, seconds.
+    pub(super) fn after_s(&self) -> f64 {
+        self.after as f64 / self.rate_hz
+    }
 }
 
 /// Fills in joints that no sensor saw.

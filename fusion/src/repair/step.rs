@@ -339,12 +339,7 @@ impl Repair {
             return;
         };
         let oldest = self.waiting.front().map_or(newest, |w| w.frame.time);
-        let before_s = |needs: super::Needs| needs.before as f64 / needs.rate_hz;
-        let simple_s = before_s(choice.simple.needs_of());
-        let reach_s = choice
-            .outside
-            .map_or(simple_s, |n| simple_s.max(before_s(n)));
-        let until = oldest.plus_ns(-seconds_to_ns(reach_s) - SPARE_NS);
+        let until = oldest.plus_ns(-seconds_to_ns(choice.before_s()) - SPARE_NS);
         for person in self.people.values_mut() {
             person.history.forget_before(until);
         }

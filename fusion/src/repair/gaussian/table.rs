@@ -1,4 +1,4 @@
-//! What bodies do, as numbers: made by `cargo run --release -p posefuse-fusion --example pose_statistics -- FOLDER` from
+//! What bodies do, as numbers: made by `cargo run --release -p posefuse-fusion --example pose_statistics -- FOLDER TABLE` from
 //! recorded motion (which, says `models/training/split.toml`; each recording also mirrored and backwards).
 //!
 //! A pose is 25 joints x (x, y, z) in the person's frame: origin in the pelvis (`SpineBase`), x to where the person faces (at

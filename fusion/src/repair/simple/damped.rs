@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use posefuse_skeleton::{Joint, JointMap};
 
-use super::{Spread, is_gap};
+use super::{Spread, fill_gaps};
 use crate::repair::{Fill, Window};
 
 /// Poses before the one that is filled.
@@ -21,19 +21,12 @@ const SPREAD: Spread = Spread {
 };
 
 pub(super) fn fill(window: &Window, now: usize) -> JointMap<Fill> {
-    let pose = &window.poses[now];
-    let gaps = Joint::ALL.into_iter().zip(pose).filter(|(_, j)| is_gap(j));
-    gaps.map(|(joint, known)| {
+    fill_gaps(window, now, SPREAD, |joint, known| {
         let age_s = f64::from(known.age_s);
         let velocity = last_velocity(window, now, joint);
-        let fill = Fill {
-            position: known.position + velocity * (DECAY_S * (1.0 - (-age_s / DECAY_S).exp())),
-            sigma_m: SPREAD.sigma_m(known.age_s),
-            rotation: None,
-        };
-        (joint, fill)
+        let way = velocity * (DECAY_S * (1.0 - (-age_s / DECAY_S).exp()));
+        (known.position + way, known.age_s)
     })
-    .collect()
 }
 
 /// How fast the joint moved when it was last measured, m/s; zero where that is not known.

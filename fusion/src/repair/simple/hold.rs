@@ -1,8 +1,8 @@
 //! `hold`: a joint stays where it was last seen, in the room.
 
-use posefuse_skeleton::{Joint, JointMap};
+use posefuse_skeleton::JointMap;
 
-use super::{Spread, is_gap};
+use super::{Spread, fill_gaps};
 use crate::repair::{Fill, Window};
 
 const SPREAD: Spread = Spread {
@@ -12,15 +12,7 @@ const SPREAD: Spread = Spread {
 };
 
 pub(super) fn fill(window: &Window, now: usize) -> JointMap<Fill> {
-    let pose = &window.poses[now];
-    let gaps = Joint::ALL.into_iter().zip(pose).filter(|(_, j)| is_gap(j));
-    gaps.map(|(joint, known)| {
-        let fill = Fill {
-            position: known.position,
-            sigma_m: SPREAD.sigma_m(known.age_s),
-            rotation: None,
-        };
-        (joint, fill)
+    fill_gaps(window, now, SPREAD, |_, known| {
+        (known.position, known.age_s)
     })
-    .collect()
 }

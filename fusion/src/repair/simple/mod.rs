@@ -6,7 +6,8 @@ mod linear;
 
 use std::ops::Range;
 
-use posefuse_skeleton::JointMap;
+use nalgebra::Vector3;
+use posefuse_skeleton::{Joint, JointMap};
 
 use super::gaussian::{self, Sides};
 use super::{Fill, MAX_AGE_S, ModelError, Needs, OcclusionModel, Window, WindowJoint};
@@ -116,9 +117,28 @@ impl OcclusionModel for SimpleModel {
     }
 }
 
-/// Whether nothing is known of a joint but where it was; of one that was not seen for as long as is told, not even that.
-fn is_gap(joint: &WindowJoint) -> bool {
-    joint.weight == 0.0 && joint.age_s < MAX_AGE_S
+/// The joints of the pose number `now` of which nothing is known but where they were, each where `say` puts it (metres),
+/// as uncertain as it is after the seconds that `say` names. Of a joint not seen for as long as is told, not even that is
+/// known.
+fn fill_gaps(
+    window: &Window,
+    now: usize,
+    spread: Spread,
+    mut say: impl FnMut(Joint, &WindowJoint) -> (Vector3<f64>, f32),
+) -> JointMap<Fill> {
+    let joints = Joint::ALL.into_iter().zip(&window.poses[now]);
+    joints
+        .filter(|(_, known)| known.weight == 0.0 && known.age_s < MAX_AGE_S)
+        .map(|(joint, known)| {
+            let (position, age_s) = say(joint, known);
+            let fill = Fill {
+                position,
+                sigma_m: spread.sigma_m(age_s),
+                rotation: None,
+            };
+            (joint, fill)
+        })
+        .collect()
 }
 
 /// Standard deviation of a joint that nothing is said of but where it was `age_s` ago, along each axis, metres: `at_once` at
