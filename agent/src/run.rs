@@ -17,7 +17,8 @@ use crate::uplink::buffer::ResendBuffer;
 use crate::uplink::connect::tcp_connector;
 use crate::uplink::{Shared, Uplink, UplinkEnd};
 use crate::{
-    AgentConfig, Clock, Connector, SensorSource, SourceBody, SourceError, SourceFrame, SystemClock,
+    AgentConfig, Camera, Clock, Connector, SensorSource, SourceBody, SourceError, SourceFrame,
+    SystemClock,
 };
 
 /// How long a stopped agent goes on to deliver what it has.
@@ -154,6 +155,7 @@ pub async fn run_with(
             protocol: PROTOCOL,
             agent_version: env!("CARGO_PKG_VERSION").to_owned(),
             run_id: random.random(),
+            camera: description.camera.map(wire_camera),
         },
         connector: parts.connector.clone(),
         clock: clock.clone(),
@@ -220,9 +222,23 @@ async fn wait_until_due(frame: &SourceFrame, clock: &dyn Clock) {
     }
 }
 
+fn wire_camera(camera: Camera) -> v1::CameraInfo {
+    v1::CameraInfo {
+        fov_horizontal_deg: camera.view_deg[0],
+        fov_vertical_deg: camera.view_deg[1],
+        near_m: camera.range_m[0],
+        far_m: camera.range_m[1],
+        depth_preview: camera.preview,
+    }
+}
+
 fn wire_body(body: &SourceBody) -> v1::Body {
     let mut wire = agent_body(body.tracking_id, &body.joints);
     wire.orientations.extend(body.orientations.iter().flatten());
+    if body.hands_closed.iter().any(Option::is_some) {
+        let closed = body.hands_closed.map(|closed| closed.unwrap_or(-1.0));
+        wire.hands_closed.extend(closed);
+    }
     wire
 }
 

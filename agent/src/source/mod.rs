@@ -5,6 +5,7 @@
 //! the same clock ([`SensorSource::clock`]), so that the server can map one to the other.
 
 pub mod csv;
+mod depth;
 mod drive;
 mod pace;
 mod replay;
@@ -20,18 +21,32 @@ use thiserror::Error;
 use crate::Clock;
 
 pub use csv::CsvConfig;
+pub use depth::{DepthFrame, DepthSource};
 pub(crate) use drive::{SourceEvent, inline, inline_queue, on_thread};
 pub use replay::{RecordedFrame, ReplayConfig};
 pub use sim::{SimConfig, shared_epoch_unix_ns};
 pub use take::TakeConfig;
 
 /// What a sensor is, for the greeting.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// The device, e.g. "Kinect v2".
     pub model: String,
     /// Which joints its frames carry, and in which order.
     pub joint_set: JointSet,
+    /// Its depth camera, where that is known.
+    pub camera: Option<Camera>,
+}
+
+/// What a sensor's depth camera sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Whole horizontal and vertical field of view, degrees.
+    pub view_deg: [f64; 2],
+    /// From where to where it measures, metres.
+    pub range_m: [f64; 2],
+    /// Whether depth previews can be had.
+    pub preview: bool,
 }
 
 /// One body as the sensor's tracker sees it.
@@ -43,6 +58,8 @@ pub struct SourceBody {
     pub joints: Vec<Option<RawJoint>>,
     /// Unit quaternions x y z w, one per joint of the joint set (zeros where unknown), or empty.
     pub orientations: Vec<[f32; 4]>,
+    /// The probability that the left and the right hand is closed, where the tracker tells.
+    pub hands_closed: [Option<f32>; 2],
 }
 
 /// One frame of a sensor.

@@ -103,6 +103,7 @@ impl SensorSource for SimSource {
         Description {
             model: "simulated Kinect v2".into(),
             joint_set: JointSet::KinectV2,
+            camera: None,
         }
     }
 
@@ -131,6 +132,7 @@ impl SensorSource for SimSource {
             tracking_id: body.tracking_id,
             joints: body.joints,
             orientations: Vec::new(),
+            hands_closed: [None; 2],
         };
         Ok(Some(SourceFrame {
             captured: frame.captured,

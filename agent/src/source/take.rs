@@ -151,6 +151,7 @@ impl Tape for TakeTape {
         Description {
             model: self.sensor.model.clone(),
             joint_set: JointSet::KinectV2,
+            camera: None,
         }
     }
 
@@ -221,6 +222,7 @@ fn source_body(body: &Body) -> SourceBody {
         tracking_id: body.tracking_id,
         joints: Joint::ALL.into_iter().map(joint).collect(),
         orientations: orientations.unwrap_or_default(),
+        hands_closed: [None; 2],
     }
 }
 

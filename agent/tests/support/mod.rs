@@ -179,6 +179,7 @@ fn hear(log: &SharedLog, message: AgentMessage, returned_ns: i64, sent: &[i64]) 
             agent_sent_ns: echo.agent_sent_ns,
         }),
         Up::Health(health) => log.health.push(health),
+        Up::Preview(_) => panic!("a depth preview that nobody asked for"),
     }
     answers
 }
@@ -302,6 +303,7 @@ impl SensorSource for Script {
         Description {
             model: "script".into(),
             joint_set: JointSet::Nite,
+            camera: None,
         }
     }
 
@@ -350,6 +352,7 @@ impl Script {
                 tracking_id: 9,
                 joints: (0..JointSet::Nite.joint_count()).map(joint).collect(),
                 orientations: Vec::new(),
+                hands_closed: [None; 2],
             }],
         }
     }

@@ -42,6 +42,43 @@ pub struct Body {
     /// 4 floats a joint (x y z w), or empty where the tracker gives none.
     #[prost(float, repeated, tag = "4")]
     pub orientations: ::prost::alloc::vec::Vec<f32>,
+    /// The probability that the left and the right hand is closed, negative where it is not known; or empty where the
+    /// tracker does not tell.
+    #[prost(float, repeated, tag = "5")]
+    pub hands_closed: ::prost::alloc::vec::Vec<f32>,
+}
+/// The pinhole camera of a depth image, pixels; pixel centres have whole numbers.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct Intrinsics {
+    #[prost(double, tag = "1")]
+    pub fx: f64,
+    #[prost(double, tag = "2")]
+    pub fy: f64,
+    #[prost(double, tag = "3")]
+    pub cx: f64,
+    #[prost(double, tag = "4")]
+    pub cy: f64,
+}
+/// A small depth image of a sensor, for the eyes of an operator.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct DepthPreview {
+    #[prost(string, tag = "1")]
+    pub sensor: ::prost::alloc::string::String,
+    /// The clock of the sensor's agent.
+    #[prost(int64, tag = "2")]
+    pub captured_ns: i64,
+    #[prost(uint32, tag = "3")]
+    pub width: u32,
+    #[prost(uint32, tag = "4")]
+    pub height: u32,
+    /// Distance along the optical axis, millimetres, 16 bits each, little-endian, row after row; 0 where there is none.
+    #[prost(bytes = "vec", tag = "5")]
+    pub millimetres: ::prost::alloc::vec::Vec<u8>,
+    #[prost(message, optional, tag = "6")]
+    pub camera: ::core::option::Option<Intrinsics>,
+    /// The bodies tracked in this very image, joints in the order of the sensor's joint set.
+    #[prost(message, repeated, tag = "7")]
+    pub bodies: ::prost::alloc::vec::Vec<Body>,
 }
 /// One person at one instant. Arrays run in the order of the 25 canonical joints (Kinect v2's), see docs/FRAMES.md.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -244,7 +281,7 @@ impl Provenance {
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct AgentMessage {
-    #[prost(oneof = "agent_message::Message", tags = "1, 2, 3, 4")]
+    #[prost(oneof = "agent_message::Message", tags = "1, 2, 3, 4, 5")]
     pub message: ::core::option::Option<agent_message::Message>,
 }
 /// Nested message and enum types in `AgentMessage`.
@@ -259,16 +296,19 @@ pub mod agent_message {
         ClockEcho(super::ClockEcho),
         #[prost(message, tag = "4")]
         Health(super::Health),
+        /// Sent only while the server asks for it, beside the frames and never before them.
+        #[prost(message, tag = "5")]
+        Preview(super::DepthPreview),
     }
 }
-#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+#[derive(Clone, PartialEq, ::prost::Message)]
 pub struct ServerMessage {
     #[prost(oneof = "server_message::Message", tags = "1, 2, 3, 4")]
     pub message: ::core::option::Option<server_message::Message>,
 }
 /// Nested message and enum types in `ServerMessage`.
 pub mod server_message {
-    #[derive(Clone, PartialEq, Eq, Hash, ::prost::Oneof)]
+    #[derive(Clone, PartialEq, ::prost::Oneof)]
     pub enum Message {
         #[prost(message, tag = "1")]
         Welcome(super::Welcome),
@@ -280,7 +320,7 @@ pub mod server_message {
         Ack(super::Ack),
     }
 }
-#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+#[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Hello {
     /// Unique in the room: 1 to 64 of a-z A-Z 0-9 . _ -
     #[prost(string, tag = "1")]
@@ -297,6 +337,25 @@ pub struct Hello {
     /// Random, chosen once per agent process: a reconnecting agent is told from a second one of the same name.
     #[prost(fixed64, tag = "6")]
     pub run_id: u64,
+    /// The depth camera, where the sensor knows it.
+    #[prost(message, optional, tag = "7")]
+    pub camera: ::core::option::Option<CameraInfo>,
+}
+/// What a depth camera sees, for planning a room.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct CameraInfo {
+    #[prost(double, tag = "1")]
+    pub fov_horizontal_deg: f64,
+    #[prost(double, tag = "2")]
+    pub fov_vertical_deg: f64,
+    /// From where to where it measures, metres; 0: not known.
+    #[prost(double, tag = "3")]
+    pub near_m: f64,
+    #[prost(double, tag = "4")]
+    pub far_m: f64,
+    /// Whether depth previews can be had.
+    #[prost(bool, tag = "5")]
+    pub depth_preview: bool,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Frame {
@@ -358,19 +417,28 @@ pub struct Ack {
     #[prost(uint64, tag = "1")]
     pub sequence: u64,
 }
-#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+#[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Command {
-    #[prost(oneof = "command::Command", tags = "1")]
+    #[prost(oneof = "command::Command", tags = "1, 2")]
     pub command: ::core::option::Option<command::Command>,
 }
 /// Nested message and enum types in `Command`.
 pub mod command {
-    #[derive(Clone, PartialEq, Eq, Hash, ::prost::Oneof)]
+    #[derive(Clone, PartialEq, ::prost::Oneof)]
     pub enum Command {
         /// The agent is to end, with this reason shown to its operator.
         #[prost(string, tag = "1")]
         Stop(::prost::alloc::string::String),
+        /// Whether to send depth previews, and how many; replaces what was asked before.
+        #[prost(message, tag = "2")]
+        Preview(super::PreviewRequest),
     }
+}
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct PreviewRequest {
+    /// Previews per second at most; 0: none.
+    #[prost(double, tag = "1")]
+    pub max_rate_hz: f64,
 }
 /// Generated client implementations.
 pub mod ingest_client {
@@ -695,6 +763,15 @@ pub struct WatchSensorsRequest {
     /// Names; empty: all sensors.
     #[prost(string, repeated, tag = "1")]
     pub sensors: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    #[prost(double, tag = "2")]
+    pub max_rate_hz: f64,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct WatchDepthRequest {
+    /// Its name.
+    #[prost(string, tag = "1")]
+    pub sensor: ::prost::alloc::string::String,
+    /// 0: as many as the server lets through, 10 a second.
     #[prost(double, tag = "2")]
     pub max_rate_hz: f64,
 }
@@ -1520,6 +1597,32 @@ pub mod room_client {
                 .insert(GrpcMethod::new("posefuse.v1.Room", "WatchSensors"));
             self.inner.server_streaming(req, path, codec).await
         }
+        /// Small depth images of one sensor as they come, while somebody watches. FAILED_PRECONDITION: its agent has none to
+        /// give. A subscriber that cannot keep up loses its own.
+        pub async fn watch_depth(
+            &mut self,
+            request: impl tonic::IntoRequest<super::WatchDepthRequest>,
+        ) -> std::result::Result<
+            tonic::Response<tonic::codec::Streaming<super::DepthPreview>>,
+            tonic::Status,
+        > {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/WatchDepth",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("posefuse.v1.Room", "WatchDepth"));
+            self.inner.server_streaming(req, path, codec).await
+        }
         /// State of the room now, and then at each change, at most `max_rate_hz` times and at least once a second.
         pub async fn watch_status(
             &mut self,
@@ -1982,6 +2085,18 @@ pub mod room_server {
             tonic::Response<Self::WatchSensorsStream>,
             tonic::Status,
         >;
+        /// Server streaming response type for the WatchDepth method.
+        type WatchDepthStream: tonic::codegen::tokio_stream::Stream<
+                Item = std::result::Result<super::DepthPreview, tonic::Status>,
+            >
+            + std::marker::Send
+            + 'static;
+        /// Small depth images of one sensor as they come, while somebody watches. FAILED_PRECONDITION: its agent has none to
+        /// give. A subscriber that cannot keep up loses its own.
+        async fn watch_depth(
+            &self,
+            request: tonic::Request<super::WatchDepthRequest>,
+        ) -> std::result::Result<tonic::Response<Self::WatchDepthStream>, tonic::Status>;
         /// Server streaming response type for the WatchStatus method.
         type WatchStatusStream: tonic::codegen::tokio_stream::Stream<
                 Item = std::result::Result<super::RoomStatus, tonic::Status>,
@@ -2258,6 +2373,52 @@ pub mod room_server {
                     let inner = self.inner.clone();
                     let fut = async move {
                         let method = WatchSensorsSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.server_streaming(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/posefuse.v1.Room/WatchDepth" => {
+                    #[allow(non_camel_case_types)]
+                    struct WatchDepthSvc<T: Room>(pub Arc<T>);
+                    impl<
+                        T: Room,
+                    > tonic::server::ServerStreamingService<super::WatchDepthRequest>
+                    for WatchDepthSvc<T> {
+                        type Response = super::DepthPreview;
+                        type ResponseStream = T::WatchDepthStream;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::ResponseStream>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::WatchDepthRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::watch_depth(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = WatchDepthSvc(inner);
                         let codec = tonic_prost::ProstCodec::default();
                         let mut grpc = tonic::server::Grpc::new(codec)
                             .apply_compression_config(

@@ -195,6 +195,8 @@ impl Agent {
                 health.trouble = health.trouble.chars().take(MAX_TROUBLE).collect();
                 self.joined.sensor.greeting().health = Some(health);
             }
+            // Nobody has asked for one.
+            Some(agent_message::Message::Preview(_)) => {}
             Some(agent_message::Message::Hello(_)) => {
                 return self.end(Status::invalid_argument(
                     "Hello was said already; open a new stream",

@@ -19,6 +19,7 @@ type Answer<T> = Result<Response<T>, Status>;
 impl v1::room_server::Room for RoomService {
     type WatchStream = Answers<v1::RoomFrame>;
     type WatchSensorsStream = Answers<v1::Observation>;
+    type WatchDepthStream = Answers<v1::DepthPreview>;
     type WatchStatusStream = Answers<v1::RoomStatus>;
     type ReplayTakeStream = Answers<v1::ReplayEvent>;
     type CalibrateStream = Answers<v1::CalibrateEvent>;
@@ -36,6 +37,16 @@ impl v1::room_server::Room for RoomService {
     ) -> Answer<Self::WatchSensorsStream> {
         Ok(Response::new(Box::pin(
             self.open_watch_sensors(request)?.map(decoded),
+        )))
+    }
+
+    async fn watch_depth(
+        &self,
+        request: Request<v1::WatchDepthRequest>,
+    ) -> Answer<Self::WatchDepthStream> {
+        let sensor = request.into_inner().sensor;
+        Err(Status::failed_precondition(format!(
+            "sensor `{sensor}` has no depth previews"
         )))
     }
 

@@ -105,6 +105,7 @@ pub(crate) fn hello(name: &str, run_id: u64) -> v1::Hello {
         protocol: 1,
         agent_version: "test".to_owned(),
         run_id,
+        camera: None,
     }
 }
 
@@ -246,6 +247,7 @@ pub(crate) fn person(seconds: f32) -> v1::Body {
             .collect(),
         confidences: vec![1.0; JOINTS],
         orientations: Vec::new(),
+        hands_closed: Vec::new(),
     }
 }
 

@@ -33,6 +33,7 @@ impl WireAgent {
             protocol: PROTOCOL,
             agent_version: "test".to_owned(),
             run_id: 1,
+            camera: None,
         };
         let zero = Instant::now();
         let _ = up.send(message(Up::Hello(hello))).await;

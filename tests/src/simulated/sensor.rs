@@ -62,6 +62,7 @@ impl SensorSource for SimulatedSensor {
         Description {
             model: "simulated Kinect v2".into(),
             joint_set: JointSet::KinectV2,
+            camera: None,
         }
     }
 
@@ -88,6 +89,7 @@ impl SensorSource for SimulatedSensor {
             tracking_id: body.tracking_id,
             joints: displaced(body.joints, from_before.as_ref()),
             orientations: Vec::new(),
+            hands_closed: [None; 2],
         };
         let bodies: Vec<_> = frame.bodies.into_iter().map(body).collect();
         self.captures.lock().unwrap().push(CapturedFrame {

@@ -14,9 +14,25 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("proto", &["skeleton"]),
     ("fusion", &["skeleton", "sgfilter"]),
     ("models", &["skeleton", "fusion"]),
-    ("evaluate", &["skeleton", "fusion", "simulator"]),
+    ("bodytrack", &["skeleton", "models"]),
+    ("devices", &["skeleton"]),
+    ("openni-driver", &["skeleton", "simulator"]),
+    (
+        "evaluate",
+        &["skeleton", "fusion", "simulator", "bodytrack"],
+    ),
     ("session", &["skeleton", "fusion", "proto"]),
-    ("agent", &["skeleton", "proto", "simulator", "session"]),
+    (
+        "agent",
+        &[
+            "skeleton",
+            "proto",
+            "simulator",
+            "session",
+            "bodytrack",
+            "devices",
+        ],
+    ),
     (
         "server",
         &[
@@ -40,6 +56,8 @@ const ALL: &[&str] = &[
     "calibration",
     "fusion",
     "models",
+    "bodytrack",
+    "devices",
     "simulator",
     "evaluate",
     "session",

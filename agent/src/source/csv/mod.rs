@@ -66,6 +66,7 @@ impl Tape for CsvTape {
         Description {
             model: "Kinect v2 (recording)".into(),
             joint_set: JointSet::KinectV2,
+            camera: None,
         }
     }
 

@@ -281,6 +281,7 @@ fn parse_line(header: &Header, row: &str) -> Result<Option<Parsed>, String> {
         tracking_id: u64::from(person) << 32 | u64::from(skeleton),
         joints,
         orientations: Vec::new(),
+        hands_closed: [None; 2],
     });
     Ok(Some((kinect.to_owned(), times, body)))
 }

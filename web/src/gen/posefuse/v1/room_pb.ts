@@ -6,7 +6,7 @@
 
 import type { GenEnum, GenFile, GenMessage, GenService } from "@bufbuild/protobuf/codegenv2";
 import { enumDesc, fileDesc, messageDesc, serviceDesc } from "@bufbuild/protobuf/codegenv2";
-import type { Calibration, CalibrationSchema, Observation, ObservationSchema, Pose, PoseSigma, RoomFrame, RoomFrameSchema, SensorInfo } from "./types_pb";
+import type { Calibration, CalibrationSchema, DepthPreviewSchema, Observation, ObservationSchema, Pose, PoseSigma, RoomFrame, RoomFrameSchema, SensorInfo } from "./types_pb";
 import { file_posefuse_v1_types } from "./types_pb";
 import type { Message } from "@bufbuild/protobuf";
 
@@ -14,7 +14,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file posefuse/v1/room.proto.
  */
 export const file_posefuse_v1_room: GenFile = /*@__PURE__*/
-  fileDesc("ChZwb3NlZnVzZS92MS9yb29tLnByb3RvEgtwb3NlZnVzZS52MSIjCgxXYXRjaFJlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiOwoTV2F0Y2hTZW5zb3JzUmVxdWVzdBIPCgdzZW5zb3JzGAEgAygJEhMKC21heF9yYXRlX2h6GAIgASgBIikKEldhdGNoU3RhdHVzUmVxdWVzdBITCgttYXhfcmF0ZV9oehgBIAEoASISChBHZXRTdGF0dXNSZXF1ZXN0IvgGCgxTZW5zb3JTdGF0dXMSJQoEaW5mbxgBIAEoCzIXLnBvc2VmdXNlLnYxLlNlbnNvckluZm8SJwoFc3RhdGUYAiABKA4yGC5wb3NlZnVzZS52MS5TZW5zb3JTdGF0ZRISCgpjYWxpYnJhdGVkGAMgASgIEjAKEHJvb21fZnJvbV9zZW5zb3IYBCABKAsyES5wb3NlZnVzZS52MS5Qb3NlSACIAQESGgoSZm92X2hvcml6b250YWxfZGVnGAUgASgBEhgKEGZvdl92ZXJ0aWNhbF9kZWcYBiABKAESGQoRZnJhbWVzX3Blcl9zZWNvbmQYByABKAESFwoKbGF0ZW5jeV9tcxgIIAEoAUgBiAEBEhwKD2Nsb2NrX29mZnNldF9tcxgJIAEoAUgCiAEBEhsKDmNsb2NrX2Vycm9yX21zGAogASgBSAOIAQESHAoPY2xvY2tfZHJpZnRfcHBtGAsgASgBSASIAQESFwoPZnJhbWVzX3JlY2VpdmVkGAwgASgEEhMKC2ZyYW1lc19sb3N0GA0gASgEEjkKCHJlamVjdGVkGA4gAygLMicucG9zZWZ1c2UudjEuU2Vuc29yU3RhdHVzLlJlamVjdGVkRW50cnkSDgoGYm9kaWVzGA8gASgNEhgKC3Jlc2lkdWFsX21tGBAgASgBSAWIAQESDwoHdHJvdWJsZRgRIAEoCRIVCg1hZ2VudF92ZXJzaW9uGBIgASgJEhoKDWFnZW50X2Ryb3BwZWQYEyABKARIBogBARINCgVtdXRlZBgUIAEoCBImCgVkcmlmdBgVIAEoCzISLnBvc2VmdXNlLnYxLkRyaWZ0SAeIAQESNAoMY29udHJpYnV0aW9uGBYgASgLMhkucG9zZWZ1c2UudjEuQ29udHJpYnV0aW9uSAiIAQEaLwoNUmVqZWN0ZWRFbnRyeRILCgNrZXkYASABKAkSDQoFdmFsdWUYAiABKAQ6AjgBQhMKEV9yb29tX2Zyb21fc2Vuc29yQg0KC19sYXRlbmN5X21zQhIKEF9jbG9ja19vZmZzZXRfbXNCEQoPX2Nsb2NrX2Vycm9yX21zQhIKEF9jbG9ja19kcmlmdF9wcG1CDgoMX3Jlc2lkdWFsX21tQhAKDl9hZ2VudF9kcm9wcGVkQggKBl9kcmlmdEIPCg1fY29udHJpYnV0aW9uIpMBCgVEcmlmdBITCgtyZXNpZHVhbF9tbRgBIAEoARIQCgh1c3VhbF9tbRgCIAEoARIQCghtb3ZlZF9tbRgDIAEoARIRCgltb3ZlZF9kZWcYBCABKAESFgoObW92ZWRfc2lnbWFfbW0YBSABKAESFwoPbW92ZWRfc2lnbWFfZGVnGAYgASgBEg0KBWFsYXJtGAcgASgIIrIBCgxDb250cmlidXRpb24SDgoGd2VpZ2h0GAEgASgBEhYKDnJlamVjdGVkX3NoYXJlGAIgASgBEhgKC3Jlc2lkdWFsX21tGAMgASgBSACIAQESFQoNam9pbnRfd2VpZ2h0cxgEIAMoAhIdChVqb2ludF9yZWplY3RlZF9zaGFyZXMYBSADKAISGgoSam9pbnRfcmVzaWR1YWxzX21tGAYgAygCQg4KDF9yZXNpZHVhbF9tbSKMBAoKUm9vbVN0YXR1cxIPCgd0aW1lX25zGAEgASgDEhYKDnVuaXhfb2Zmc2V0X25zGAIgASgDEhYKDnNlcnZlcl92ZXJzaW9uGAMgASgJEioKB3NlbnNvcnMYBCADKAsyGS5wb3NlZnVzZS52MS5TZW5zb3JTdGF0dXMSDgoGcGVvcGxlGAUgASgNEhkKEWZyYW1lc19wZXJfc2Vjb25kGAYgASgBEhEKCWVuZ2luZV91cxgHIAEoARIWCg5sYXRlbmN5X3A1MF9tcxgIIAEoARIWCg5sYXRlbmN5X3A5OV9tcxgJIAEoARIpCglyZWNvcmRpbmcYCiABKAsyES5wb3NlZnVzZS52MS5UYWtlSACIAQESMgoLY2FsaWJyYXRpb24YCyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgBiAEBEhMKC2NhbGlicmF0aW5nGAwgASgIEhcKD2Rpc2tfZnJlZV9ieXRlcxgNIAEoBBIQCgh0cm91YmxlcxgOIAMoCRImCgVzaW5rcxgPIAMoCzIXLnBvc2VmdXNlLnYxLlNpbmtTdGF0dXMSEwoLdGFrZV9mb2xkZXIYECABKAkSKQoGcmVwYWlyGBEgASgLMhkucG9zZWZ1c2UudjEuUmVwYWlyU3RhdHVzQgwKCl9yZWNvcmRpbmdCDgoMX2NhbGlicmF0aW9uIsABCgxSZXBhaXJTdGF0dXMSDQoFbW9kZWwYASABKAkSDwoHcnVudGltZRgCIAEoCRIQCghyZXF1ZXN0cxgDIAEoBBIPCgdhbnN3ZXJzGAQgASgEEgwKBGxhdGUYBSABKAQSDgoGZmFpbGVkGAYgASgEEhMKBnA1MF9tcxgHIAEoAUgAiAEBEhMKBnA5OV9tcxgIIAEoAUgBiAEBEg8KB3Ryb3VibGUYCSABKAlCCQoHX3A1MF9tc0IJCgdfcDk5X21zIj4KClNpbmtTdGF0dXMSDAoEbmFtZRgBIAEoCRIRCglkZWxpdmVyZWQYAiABKAQSDwoHZHJvcHBlZBgDIAEoBCLmAQoEVGFrZRIMCgRuYW1lGAEgASgJEg0KBXNsYXRlGAIgASgJEg0KBW5vdGVzGAMgASgJEiUKBXN0YXRlGAQgASgOMhYucG9zZWZ1c2UudjEuVGFrZVN0YXRlEg8KB3N0YXJ0ZWQYBSABKAkSEwoLZHVyYXRpb25fbnMYBiABKAMSEgoKc2l6ZV9ieXRlcxgHIAEoBBIOCgZmcmFtZXMYCCABKAQSDgoGcGVvcGxlGAkgASgNEg8KB3NlbnNvcnMYCiADKAkSDwoHZHJvcHBlZBgLIAEoBBIPCgd0cm91YmxlGAwgASgJIj4KEFN0YXJ0VGFrZVJlcXVlc3QSDAoEbmFtZRgBIAEoCRINCgVzbGF0ZRgCIAEoCRINCgVub3RlcxgDIAEoCSIRCg9TdG9wVGFrZVJlcXVlc3QiEgoQTGlzdFRha2VzUmVxdWVzdCI1ChFMaXN0VGFrZXNSZXNwb25zZRIgCgV0YWtlcxgBIAMoCzIRLnBvc2VmdXNlLnYxLlRha2UiXQoRVXBkYXRlVGFrZVJlcXVlc3QSDAoEbmFtZRgBIAEoCRISCgVzbGF0ZRgCIAEoCUgAiAEBEhIKBW5vdGVzGAMgASgJSAGIAQFCCAoGX3NsYXRlQggKBl9ub3RlcyJCChFSZXBsYXlUYWtlUmVxdWVzdBIMCgRuYW1lGAEgASgJEhAKCHN0YXJ0X25zGAIgASgDEg0KBXNwZWVkGAMgASgBIq4BCgtSZXBsYXlFdmVudBIRCglvZmZzZXRfbnMYASABKAMSKQoFc3RhcnQYAiABKAsyGC5wb3NlZnVzZS52MS5SZXBsYXlTdGFydEgAEicKBWZyYW1lGAMgASgLMhYucG9zZWZ1c2UudjEuUm9vbUZyYW1lSAASLwoLb2JzZXJ2YXRpb24YBCABKAsyGC5wb3NlZnVzZS52MS5PYnNlcnZhdGlvbkgAQgcKBWV2ZW50IpwBCgtSZXBsYXlTdGFydBIfCgR0YWtlGAEgASgLMhEucG9zZWZ1c2UudjEuVGFrZRIoCgdzZW5zb3JzGAIgAygLMhcucG9zZWZ1c2UudjEuU2Vuc29ySW5mbxIyCgtjYWxpYnJhdGlvbhgDIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uSACIAQFCDgoMX2NhbGlicmF0aW9uIjQKEENhbGlicmF0ZVJlcXVlc3QSDwoHc2Vjb25kcxgBIAEoARIPCgdkcnlfcnVuGAIgASgIIn0KDkNhbGlicmF0ZUV2ZW50EjIKCHByb2dyZXNzGAEgASgLMh4ucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUHJvZ3Jlc3NIABIuCgZyZXN1bHQYAiABKAsyHC5wb3NlZnVzZS52MS5DYWxpYnJhdGVSZXN1bHRIAEIHCgVldmVudCKfAQoRQ2FsaWJyYXRlUHJvZ3Jlc3MSFwoPZWxhcHNlZF9zZWNvbmRzGAEgASgBEhUKDXRvdGFsX3NlY29uZHMYAiABKAESLAoHc2Vuc29ycxgDIAMoCzIbLnBvc2VmdXNlLnYxLlNlbnNvclByb2dyZXNzEg0KBXNoYXJlGAQgASgBEgwKBGhpbnQYBSABKAkSDwoHc29sdmluZxgGIAEoCCLHAQoOU2Vuc29yUHJvZ3Jlc3MSDgoGc2Vuc29yGAEgASgJEg4KBmZyYW1lcxgCIAEoBBINCgVjZWxscxgDIAEoDRI3CgZzaGFyZWQYBCADKAsyJy5wb3NlZnVzZS52MS5TZW5zb3JQcm9ncmVzcy5TaGFyZWRFbnRyeRINCgVzaGFyZRgFIAEoARIPCgdjb3ZlcmVkGAYgAygRGi0KC1NoYXJlZEVudHJ5EgsKA2tleRgBIAEoCRINCgV2YWx1ZRgCIAEoBDoCOAEinwIKD0NhbGlicmF0ZVJlc3VsdBIlCgd2ZXJkaWN0GAEgASgOMhQucG9zZWZ1c2UudjEuVmVyZGljdBIPCgdyZWFzb25zGAIgAygJEjIKC2NhbGlicmF0aW9uGAMgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAIgBARIQCghpbl9mb3JjZRgEIAEoCBIoCgVwYWlycxgFIAMoCzIZLnBvc2VmdXNlLnYxLlBhaXJSZXNpZHVhbBIqCgdzZW5zb3JzGAYgAygLMhkucG9zZWZ1c2UudjEuU2Vuc29yUmVzdWx0EhgKC3JheV9iaWFzX21tGAcgASgBSAGIAQFCDgoMX2NhbGlicmF0aW9uQg4KDF9yYXlfYmlhc19tbSLkAQoMU2Vuc29yUmVzdWx0Eg4KBnNlbnNvchgBIAEoCRIQCghtZWRpYW5fbRgCIAEoARINCgVwOTVfbRgDIAEoARIPCgdzYW1wbGVzGAQgASgEEhYKDnRpbWVfb2Zmc2V0X21zGAUgASgBEhwKD2Nsb2NrX2RyaWZ0X3BwbRgGIAEoAUgAiAEBEhIKCmJvbmVfc2NhbGUYByABKAESKgoFc2lnbWEYCCABKAsyFi5wb3NlZnVzZS52MS5Qb3NlU2lnbWFIAYgBAUISChBfY2xvY2tfZHJpZnRfcHBtQggKBl9zaWdtYSLSAQoMUGFpclJlc2lkdWFsEgkKAWEYASABKAkSCQoBYhgCIAEoCRIUCgxiZWZvcmVfcm1zX20YAyABKAESFgoOYWZ0ZXJfbWVkaWFuX20YBCABKAESEwoLYWZ0ZXJfcDk1X20YBSABKAESDwoHc2FtcGxlcxgGIAEoBBIXCg9iZWZvcmVfbWVkaWFuX20YByABKAESFgoOYWdyZWVpbmdfc2hhcmUYCCABKAESFgoObWlycm9yZWRfc2hhcmUYCSABKAESDwoHd2Vha2VzdBgKIAEoCCIXChVHZXRDYWxpYnJhdGlvblJlcXVlc3QiRgoVU2V0Q2FsaWJyYXRpb25SZXF1ZXN0Ei0KC2NhbGlicmF0aW9uGAEgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24iGQoXTGlzdENhbGlicmF0aW9uc1JlcXVlc3QiUAoYTGlzdENhbGlicmF0aW9uc1Jlc3BvbnNlEjQKDGNhbGlicmF0aW9ucxgBIAMoCzIeLnBvc2VmdXNlLnYxLlN0b3JlZENhbGlicmF0aW9uIogBChFTdG9yZWRDYWxpYnJhdGlvbhIMCgRuYW1lGAEgASgJEhAKCGluX2ZvcmNlGAIgASgIEjIKC2NhbGlicmF0aW9uGAMgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAIgBARIPCgd0cm91YmxlGAQgASgJQg4KDF9jYWxpYnJhdGlvbiIpChlSZXN0b3JlQ2FsaWJyYXRpb25SZXF1ZXN0EgwKBG5hbWUYASABKAkiOwoaQ29tcGFyZUNhbGlicmF0aW9uc1JlcXVlc3QSDgoGYmVmb3JlGAEgASgJEg0KBWFmdGVyGAIgASgJIkUKG0NvbXBhcmVDYWxpYnJhdGlvbnNSZXNwb25zZRImCgVtb3ZlcxgBIAMoCzIXLnBvc2VmdXNlLnYxLlNlbnNvck1vdmUingEKClNlbnNvck1vdmUSDgoGc2Vuc29yGAEgASgJEhUKCG1vdmVkX21tGAIgASgBSACIAQESFgoJbW92ZWRfZGVnGAMgASgBSAGIAQESFQoIbW92ZWRfbXMYBCABKAFIAogBARISCgptaXNzaW5nX2luGAUgASgJQgsKCV9tb3ZlZF9tbUIMCgpfbW92ZWRfZGVnQgsKCV9tb3ZlZF9tcyJYChhFeHBvcnRDYWxpYnJhdGlvblJlcXVlc3QSDAoEbmFtZRgBIAEoCRIuCgZmb3JtYXQYAiABKA4yHi5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkZvcm1hdCIyCg9DYWxpYnJhdGlvbkZpbGUSEQoJZmlsZV9uYW1lGAEgASgJEgwKBHRleHQYAiABKAkiaQoYSW1wb3J0Q2FsaWJyYXRpb25SZXF1ZXN0EgwKBHRleHQYASABKAkSLgoGZm9ybWF0GAIgASgOMh4ucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25Gb3JtYXQSDwoHZHJ5X3J1bhgDIAEoCCI7ChhSZWNhbGlicmF0ZVNlbnNvclJlcXVlc3QSDgoGc2Vuc29yGAEgASgJEg8KB2RyeV9ydW4YAiABKAgiMgoRTXV0ZVNlbnNvclJlcXVlc3QSDgoGc2Vuc29yGAEgASgJEg0KBW11dGVkGAIgASgIIhQKEk11dGVTZW5zb3JSZXNwb25zZSISChBHZXRDb25maWdSZXF1ZXN0IiEKEUdldENvbmZpZ1Jlc3BvbnNlEgwKBHRvbWwYASABKAkqewoLU2Vuc29yU3RhdGUSHAoYU0VOU09SX1NUQVRFX1VOU1BFQ0lGSUVEEAASFQoRU0VOU09SX1NUQVRFX0xJVkUQARIYChRTRU5TT1JfU1RBVEVfU1RBTExFRBACEh0KGVNFTlNPUl9TVEFURV9ESVNDT05ORUNURUQQAyqMAQoJVGFrZVN0YXRlEhoKFlRBS0VfU1RBVEVfVU5TUEVDSUZJRUQQABIYChRUQUtFX1NUQVRFX1JFQ09SRElORxABEhcKE1RBS0VfU1RBVEVfQ09NUExFVEUQAhIYChRUQUtFX1NUQVRFX1JFQ09WRVJFRBADEhYKElRBS0VfU1RBVEVfREFNQUdFRBAEKlwKB1ZlcmRpY3QSFwoTVkVSRElDVF9VTlNQRUNJRklFRBAAEhIKDlZFUkRJQ1RfUEFTU0VEEAESEAoMVkVSRElDVF9XRUFLEAISEgoOVkVSRElDVF9GQUlMRUQQAyq2AQoRQ2FsaWJyYXRpb25Gb3JtYXQSIgoeQ0FMSUJSQVRJT05fRk9STUFUX1VOU1BFQ0lGSUVEEAASGwoXQ0FMSUJSQVRJT05fRk9STUFUX1RPTUwQARIbChdDQUxJQlJBVElPTl9GT1JNQVRfSlNPThACEh8KG0NBTElCUkFUSU9OX0ZPUk1BVF9URjJfWUFNTBADEiIKHkNBTElCUkFUSU9OX0ZPUk1BVF9PUEVOQ1ZfWUFNTBAEMqgMCgRSb29tEjwKBVdhdGNoEhkucG9zZWZ1c2UudjEuV2F0Y2hSZXF1ZXN0GhYucG9zZWZ1c2UudjEuUm9vbUZyYW1lMAESTAoMV2F0Y2hTZW5zb3JzEiAucG9zZWZ1c2UudjEuV2F0Y2hTZW5zb3JzUmVxdWVzdBoYLnBvc2VmdXNlLnYxLk9ic2VydmF0aW9uMAESSQoLV2F0Y2hTdGF0dXMSHy5wb3NlZnVzZS52MS5XYXRjaFN0YXR1c1JlcXVlc3QaFy5wb3NlZnVzZS52MS5Sb29tU3RhdHVzMAESQwoJR2V0U3RhdHVzEh0ucG9zZWZ1c2UudjEuR2V0U3RhdHVzUmVxdWVzdBoXLnBvc2VmdXNlLnYxLlJvb21TdGF0dXMSPQoJU3RhcnRUYWtlEh0ucG9zZWZ1c2UudjEuU3RhcnRUYWtlUmVxdWVzdBoRLnBvc2VmdXNlLnYxLlRha2USOwoIU3RvcFRha2USHC5wb3NlZnVzZS52MS5TdG9wVGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEkoKCUxpc3RUYWtlcxIdLnBvc2VmdXNlLnYxLkxpc3RUYWtlc1JlcXVlc3QaHi5wb3NlZnVzZS52MS5MaXN0VGFrZXNSZXNwb25zZRJICgpSZXBsYXlUYWtlEh4ucG9zZWZ1c2UudjEuUmVwbGF5VGFrZVJlcXVlc3QaGC5wb3NlZnVzZS52MS5SZXBsYXlFdmVudDABEj8KClVwZGF0ZVRha2USHi5wb3NlZnVzZS52MS5VcGRhdGVUYWtlUmVxdWVzdBoRLnBvc2VmdXNlLnYxLlRha2USSQoJQ2FsaWJyYXRlEh0ucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUmVxdWVzdBobLnBvc2VmdXNlLnYxLkNhbGlicmF0ZUV2ZW50MAESTgoOR2V0Q2FsaWJyYXRpb24SIi5wb3NlZnVzZS52MS5HZXRDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJOCg5TZXRDYWxpYnJhdGlvbhIiLnBvc2VmdXNlLnYxLlNldENhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uEl8KEExpc3RDYWxpYnJhdGlvbnMSJC5wb3NlZnVzZS52MS5MaXN0Q2FsaWJyYXRpb25zUmVxdWVzdBolLnBvc2VmdXNlLnYxLkxpc3RDYWxpYnJhdGlvbnNSZXNwb25zZRJWChJSZXN0b3JlQ2FsaWJyYXRpb24SJi5wb3NlZnVzZS52MS5SZXN0b3JlQ2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24SaAoTQ29tcGFyZUNhbGlicmF0aW9ucxInLnBvc2VmdXNlLnYxLkNvbXBhcmVDYWxpYnJhdGlvbnNSZXF1ZXN0GigucG9zZWZ1c2UudjEuQ29tcGFyZUNhbGlicmF0aW9uc1Jlc3BvbnNlElgKEUV4cG9ydENhbGlicmF0aW9uEiUucG9zZWZ1c2UudjEuRXhwb3J0Q2FsaWJyYXRpb25SZXF1ZXN0GhwucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25GaWxlElQKEUltcG9ydENhbGlicmF0aW9uEiUucG9zZWZ1c2UudjEuSW1wb3J0Q2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24SWAoRUmVjYWxpYnJhdGVTZW5zb3ISJS5wb3NlZnVzZS52MS5SZWNhbGlicmF0ZVNlbnNvclJlcXVlc3QaHC5wb3NlZnVzZS52MS5DYWxpYnJhdGVSZXN1bHQSTQoKTXV0ZVNlbnNvchIeLnBvc2VmdXNlLnYxLk11dGVTZW5zb3JSZXF1ZXN0Gh8ucG9zZWZ1c2UudjEuTXV0ZVNlbnNvclJlc3BvbnNlEkoKCUdldENvbmZpZxIdLnBvc2VmdXNlLnYxLkdldENvbmZpZ1JlcXVlc3QaHi5wb3NlZnVzZS52MS5HZXRDb25maWdSZXNwb25zZWIGcHJvdG8z", [file_posefuse_v1_types]);
+  fileDesc("ChZwb3NlZnVzZS92MS9yb29tLnByb3RvEgtwb3NlZnVzZS52MSIjCgxXYXRjaFJlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiOwoTV2F0Y2hTZW5zb3JzUmVxdWVzdBIPCgdzZW5zb3JzGAEgAygJEhMKC21heF9yYXRlX2h6GAIgASgBIjgKEVdhdGNoRGVwdGhSZXF1ZXN0Eg4KBnNlbnNvchgBIAEoCRITCgttYXhfcmF0ZV9oehgCIAEoASIpChJXYXRjaFN0YXR1c1JlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiEgoQR2V0U3RhdHVzUmVxdWVzdCL4BgoMU2Vuc29yU3RhdHVzEiUKBGluZm8YASABKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JJbmZvEicKBXN0YXRlGAIgASgOMhgucG9zZWZ1c2UudjEuU2Vuc29yU3RhdGUSEgoKY2FsaWJyYXRlZBgDIAEoCBIwChByb29tX2Zyb21fc2Vuc29yGAQgASgLMhEucG9zZWZ1c2UudjEuUG9zZUgAiAEBEhoKEmZvdl9ob3Jpem9udGFsX2RlZxgFIAEoARIYChBmb3ZfdmVydGljYWxfZGVnGAYgASgBEhkKEWZyYW1lc19wZXJfc2Vjb25kGAcgASgBEhcKCmxhdGVuY3lfbXMYCCABKAFIAYgBARIcCg9jbG9ja19vZmZzZXRfbXMYCSABKAFIAogBARIbCg5jbG9ja19lcnJvcl9tcxgKIAEoAUgDiAEBEhwKD2Nsb2NrX2RyaWZ0X3BwbRgLIAEoAUgEiAEBEhcKD2ZyYW1lc19yZWNlaXZlZBgMIAEoBBITCgtmcmFtZXNfbG9zdBgNIAEoBBI5CghyZWplY3RlZBgOIAMoCzInLnBvc2VmdXNlLnYxLlNlbnNvclN0YXR1cy5SZWplY3RlZEVudHJ5Eg4KBmJvZGllcxgPIAEoDRIYCgtyZXNpZHVhbF9tbRgQIAEoAUgFiAEBEg8KB3Ryb3VibGUYESABKAkSFQoNYWdlbnRfdmVyc2lvbhgSIAEoCRIaCg1hZ2VudF9kcm9wcGVkGBMgASgESAaIAQESDQoFbXV0ZWQYFCABKAgSJgoFZHJpZnQYFSABKAsyEi5wb3NlZnVzZS52MS5EcmlmdEgHiAEBEjQKDGNvbnRyaWJ1dGlvbhgWIAEoCzIZLnBvc2VmdXNlLnYxLkNvbnRyaWJ1dGlvbkgIiAEBGi8KDVJlamVjdGVkRW50cnkSCwoDa2V5GAEgASgJEg0KBXZhbHVlGAIgASgEOgI4AUITChFfcm9vbV9mcm9tX3NlbnNvckINCgtfbGF0ZW5jeV9tc0ISChBfY2xvY2tfb2Zmc2V0X21zQhEKD19jbG9ja19lcnJvcl9tc0ISChBfY2xvY2tfZHJpZnRfcHBtQg4KDF9yZXNpZHVhbF9tbUIQCg5fYWdlbnRfZHJvcHBlZEIICgZfZHJpZnRCDwoNX2NvbnRyaWJ1dGlvbiKTAQoFRHJpZnQSEwoLcmVzaWR1YWxfbW0YASABKAESEAoIdXN1YWxfbW0YAiABKAESEAoIbW92ZWRfbW0YAyABKAESEQoJbW92ZWRfZGVnGAQgASgBEhYKDm1vdmVkX3NpZ21hX21tGAUgASgBEhcKD21vdmVkX3NpZ21hX2RlZxgGIAEoARINCgVhbGFybRgHIAEoCCKyAQoMQ29udHJpYnV0aW9uEg4KBndlaWdodBgBIAEoARIWCg5yZWplY3RlZF9zaGFyZRgCIAEoARIYCgtyZXNpZHVhbF9tbRgDIAEoAUgAiAEBEhUKDWpvaW50X3dlaWdodHMYBCADKAISHQoVam9pbnRfcmVqZWN0ZWRfc2hhcmVzGAUgAygCEhoKEmpvaW50X3Jlc2lkdWFsc19tbRgGIAMoAkIOCgxfcmVzaWR1YWxfbW0ijAQKClJvb21TdGF0dXMSDwoHdGltZV9ucxgBIAEoAxIWCg51bml4X29mZnNldF9ucxgCIAEoAxIWCg5zZXJ2ZXJfdmVyc2lvbhgDIAEoCRIqCgdzZW5zb3JzGAQgAygLMhkucG9zZWZ1c2UudjEuU2Vuc29yU3RhdHVzEg4KBnBlb3BsZRgFIAEoDRIZChFmcmFtZXNfcGVyX3NlY29uZBgGIAEoARIRCgllbmdpbmVfdXMYByABKAESFgoObGF0ZW5jeV9wNTBfbXMYCCABKAESFgoObGF0ZW5jeV9wOTlfbXMYCSABKAESKQoJcmVjb3JkaW5nGAogASgLMhEucG9zZWZ1c2UudjEuVGFrZUgAiAEBEjIKC2NhbGlicmF0aW9uGAsgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAYgBARITCgtjYWxpYnJhdGluZxgMIAEoCBIXCg9kaXNrX2ZyZWVfYnl0ZXMYDSABKAQSEAoIdHJvdWJsZXMYDiADKAkSJgoFc2lua3MYDyADKAsyFy5wb3NlZnVzZS52MS5TaW5rU3RhdHVzEhMKC3Rha2VfZm9sZGVyGBAgASgJEikKBnJlcGFpchgRIAEoCzIZLnBvc2VmdXNlLnYxLlJlcGFpclN0YXR1c0IMCgpfcmVjb3JkaW5nQg4KDF9jYWxpYnJhdGlvbiLAAQoMUmVwYWlyU3RhdHVzEg0KBW1vZGVsGAEgASgJEg8KB3J1bnRpbWUYAiABKAkSEAoIcmVxdWVzdHMYAyABKAQSDwoHYW5zd2VycxgEIAEoBBIMCgRsYXRlGAUgASgEEg4KBmZhaWxlZBgGIAEoBBITCgZwNTBfbXMYByABKAFIAIgBARITCgZwOTlfbXMYCCABKAFIAYgBARIPCgd0cm91YmxlGAkgASgJQgkKB19wNTBfbXNCCQoHX3A5OV9tcyI+CgpTaW5rU3RhdHVzEgwKBG5hbWUYASABKAkSEQoJZGVsaXZlcmVkGAIgASgEEg8KB2Ryb3BwZWQYAyABKAQi5gEKBFRha2USDAoEbmFtZRgBIAEoCRINCgVzbGF0ZRgCIAEoCRINCgVub3RlcxgDIAEoCRIlCgVzdGF0ZRgEIAEoDjIWLnBvc2VmdXNlLnYxLlRha2VTdGF0ZRIPCgdzdGFydGVkGAUgASgJEhMKC2R1cmF0aW9uX25zGAYgASgDEhIKCnNpemVfYnl0ZXMYByABKAQSDgoGZnJhbWVzGAggASgEEg4KBnBlb3BsZRgJIAEoDRIPCgdzZW5zb3JzGAogAygJEg8KB2Ryb3BwZWQYCyABKAQSDwoHdHJvdWJsZRgMIAEoCSI+ChBTdGFydFRha2VSZXF1ZXN0EgwKBG5hbWUYASABKAkSDQoFc2xhdGUYAiABKAkSDQoFbm90ZXMYAyABKAkiEQoPU3RvcFRha2VSZXF1ZXN0IhIKEExpc3RUYWtlc1JlcXVlc3QiNQoRTGlzdFRha2VzUmVzcG9uc2USIAoFdGFrZXMYASADKAsyES5wb3NlZnVzZS52MS5UYWtlIl0KEVVwZGF0ZVRha2VSZXF1ZXN0EgwKBG5hbWUYASABKAkSEgoFc2xhdGUYAiABKAlIAIgBARISCgVub3RlcxgDIAEoCUgBiAEBQggKBl9zbGF0ZUIICgZfbm90ZXMiQgoRUmVwbGF5VGFrZVJlcXVlc3QSDAoEbmFtZRgBIAEoCRIQCghzdGFydF9ucxgCIAEoAxINCgVzcGVlZBgDIAEoASKuAQoLUmVwbGF5RXZlbnQSEQoJb2Zmc2V0X25zGAEgASgDEikKBXN0YXJ0GAIgASgLMhgucG9zZWZ1c2UudjEuUmVwbGF5U3RhcnRIABInCgVmcmFtZRgDIAEoCzIWLnBvc2VmdXNlLnYxLlJvb21GcmFtZUgAEi8KC29ic2VydmF0aW9uGAQgASgLMhgucG9zZWZ1c2UudjEuT2JzZXJ2YXRpb25IAEIHCgVldmVudCKcAQoLUmVwbGF5U3RhcnQSHwoEdGFrZRgBIAEoCzIRLnBvc2VmdXNlLnYxLlRha2USKAoHc2Vuc29ycxgCIAMoCzIXLnBvc2VmdXNlLnYxLlNlbnNvckluZm8SMgoLY2FsaWJyYXRpb24YAyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgAiAEBQg4KDF9jYWxpYnJhdGlvbiI0ChBDYWxpYnJhdGVSZXF1ZXN0Eg8KB3NlY29uZHMYASABKAESDwoHZHJ5X3J1bhgCIAEoCCJ9Cg5DYWxpYnJhdGVFdmVudBIyCghwcm9ncmVzcxgBIAEoCzIeLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVByb2dyZXNzSAASLgoGcmVzdWx0GAIgASgLMhwucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUmVzdWx0SABCBwoFZXZlbnQinwEKEUNhbGlicmF0ZVByb2dyZXNzEhcKD2VsYXBzZWRfc2Vjb25kcxgBIAEoARIVCg10b3RhbF9zZWNvbmRzGAIgASgBEiwKB3NlbnNvcnMYAyADKAsyGy5wb3NlZnVzZS52MS5TZW5zb3JQcm9ncmVzcxINCgVzaGFyZRgEIAEoARIMCgRoaW50GAUgASgJEg8KB3NvbHZpbmcYBiABKAgixwEKDlNlbnNvclByb2dyZXNzEg4KBnNlbnNvchgBIAEoCRIOCgZmcmFtZXMYAiABKAQSDQoFY2VsbHMYAyABKA0SNwoGc2hhcmVkGAQgAygLMicucG9zZWZ1c2UudjEuU2Vuc29yUHJvZ3Jlc3MuU2hhcmVkRW50cnkSDQoFc2hhcmUYBSABKAESDwoHY292ZXJlZBgGIAMoERotCgtTaGFyZWRFbnRyeRILCgNrZXkYASABKAkSDQoFdmFsdWUYAiABKAQ6AjgBIp8CCg9DYWxpYnJhdGVSZXN1bHQSJQoHdmVyZGljdBgBIAEoDjIULnBvc2VmdXNlLnYxLlZlcmRpY3QSDwoHcmVhc29ucxgCIAMoCRIyCgtjYWxpYnJhdGlvbhgDIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uSACIAQESEAoIaW5fZm9yY2UYBCABKAgSKAoFcGFpcnMYBSADKAsyGS5wb3NlZnVzZS52MS5QYWlyUmVzaWR1YWwSKgoHc2Vuc29ycxgGIAMoCzIZLnBvc2VmdXNlLnYxLlNlbnNvclJlc3VsdBIYCgtyYXlfYmlhc19tbRgHIAEoAUgBiAEBQg4KDF9jYWxpYnJhdGlvbkIOCgxfcmF5X2JpYXNfbW0i5AEKDFNlbnNvclJlc3VsdBIOCgZzZW5zb3IYASABKAkSEAoIbWVkaWFuX20YAiABKAESDQoFcDk1X20YAyABKAESDwoHc2FtcGxlcxgEIAEoBBIWCg50aW1lX29mZnNldF9tcxgFIAEoARIcCg9jbG9ja19kcmlmdF9wcG0YBiABKAFIAIgBARISCgpib25lX3NjYWxlGAcgASgBEioKBXNpZ21hGAggASgLMhYucG9zZWZ1c2UudjEuUG9zZVNpZ21hSAGIAQFCEgoQX2Nsb2NrX2RyaWZ0X3BwbUIICgZfc2lnbWEi0gEKDFBhaXJSZXNpZHVhbBIJCgFhGAEgASgJEgkKAWIYAiABKAkSFAoMYmVmb3JlX3Jtc19tGAMgASgBEhYKDmFmdGVyX21lZGlhbl9tGAQgASgBEhMKC2FmdGVyX3A5NV9tGAUgASgBEg8KB3NhbXBsZXMYBiABKAQSFwoPYmVmb3JlX21lZGlhbl9tGAcgASgBEhYKDmFncmVlaW5nX3NoYXJlGAggASgBEhYKDm1pcnJvcmVkX3NoYXJlGAkgASgBEg8KB3dlYWtlc3QYCiABKAgiFwoVR2V0Q2FsaWJyYXRpb25SZXF1ZXN0IkYKFVNldENhbGlicmF0aW9uUmVxdWVzdBItCgtjYWxpYnJhdGlvbhgBIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uIhkKF0xpc3RDYWxpYnJhdGlvbnNSZXF1ZXN0IlAKGExpc3RDYWxpYnJhdGlvbnNSZXNwb25zZRI0CgxjYWxpYnJhdGlvbnMYASADKAsyHi5wb3NlZnVzZS52MS5TdG9yZWRDYWxpYnJhdGlvbiKIAQoRU3RvcmVkQ2FsaWJyYXRpb24SDAoEbmFtZRgBIAEoCRIQCghpbl9mb3JjZRgCIAEoCBIyCgtjYWxpYnJhdGlvbhgDIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uSACIAQESDwoHdHJvdWJsZRgEIAEoCUIOCgxfY2FsaWJyYXRpb24iKQoZUmVzdG9yZUNhbGlicmF0aW9uUmVxdWVzdBIMCgRuYW1lGAEgASgJIjsKGkNvbXBhcmVDYWxpYnJhdGlvbnNSZXF1ZXN0Eg4KBmJlZm9yZRgBIAEoCRINCgVhZnRlchgCIAEoCSJFChtDb21wYXJlQ2FsaWJyYXRpb25zUmVzcG9uc2USJgoFbW92ZXMYASADKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JNb3ZlIp4BCgpTZW5zb3JNb3ZlEg4KBnNlbnNvchgBIAEoCRIVCghtb3ZlZF9tbRgCIAEoAUgAiAEBEhYKCW1vdmVkX2RlZxgDIAEoAUgBiAEBEhUKCG1vdmVkX21zGAQgASgBSAKIAQESEgoKbWlzc2luZ19pbhgFIAEoCUILCglfbW92ZWRfbW1CDAoKX21vdmVkX2RlZ0ILCglfbW92ZWRfbXMiWAoYRXhwb3J0Q2FsaWJyYXRpb25SZXF1ZXN0EgwKBG5hbWUYASABKAkSLgoGZm9ybWF0GAIgASgOMh4ucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25Gb3JtYXQiMgoPQ2FsaWJyYXRpb25GaWxlEhEKCWZpbGVfbmFtZRgBIAEoCRIMCgR0ZXh0GAIgASgJImkKGEltcG9ydENhbGlicmF0aW9uUmVxdWVzdBIMCgR0ZXh0GAEgASgJEi4KBmZvcm1hdBgCIAEoDjIeLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uRm9ybWF0Eg8KB2RyeV9ydW4YAyABKAgiOwoYUmVjYWxpYnJhdGVTZW5zb3JSZXF1ZXN0Eg4KBnNlbnNvchgBIAEoCRIPCgdkcnlfcnVuGAIgASgIIjIKEU11dGVTZW5zb3JSZXF1ZXN0Eg4KBnNlbnNvchgBIAEoCRINCgVtdXRlZBgCIAEoCCIUChJNdXRlU2Vuc29yUmVzcG9uc2UiEgoQR2V0Q29uZmlnUmVxdWVzdCIhChFHZXRDb25maWdSZXNwb25zZRIMCgR0b21sGAEgASgJKnsKC1NlbnNvclN0YXRlEhwKGFNFTlNPUl9TVEFURV9VTlNQRUNJRklFRBAAEhUKEVNFTlNPUl9TVEFURV9MSVZFEAESGAoUU0VOU09SX1NUQVRFX1NUQUxMRUQQAhIdChlTRU5TT1JfU1RBVEVfRElTQ09OTkVDVEVEEAMqjAEKCVRha2VTdGF0ZRIaChZUQUtFX1NUQVRFX1VOU1BFQ0lGSUVEEAASGAoUVEFLRV9TVEFURV9SRUNPUkRJTkcQARIXChNUQUtFX1NUQVRFX0NPTVBMRVRFEAISGAoUVEFLRV9TVEFURV9SRUNPVkVSRUQQAxIWChJUQUtFX1NUQVRFX0RBTUFHRUQQBCpcCgdWZXJkaWN0EhcKE1ZFUkRJQ1RfVU5TUEVDSUZJRUQQABISCg5WRVJESUNUX1BBU1NFRBABEhAKDFZFUkRJQ1RfV0VBSxACEhIKDlZFUkRJQ1RfRkFJTEVEEAMqtgEKEUNhbGlicmF0aW9uRm9ybWF0EiIKHkNBTElCUkFUSU9OX0ZPUk1BVF9VTlNQRUNJRklFRBAAEhsKF0NBTElCUkFUSU9OX0ZPUk1BVF9UT01MEAESGwoXQ0FMSUJSQVRJT05fRk9STUFUX0pTT04QAhIfChtDQUxJQlJBVElPTl9GT1JNQVRfVEYyX1lBTUwQAxIiCh5DQUxJQlJBVElPTl9GT1JNQVRfT1BFTkNWX1lBTUwQBDLzDAoEUm9vbRI8CgVXYXRjaBIZLnBvc2VmdXNlLnYxLldhdGNoUmVxdWVzdBoWLnBvc2VmdXNlLnYxLlJvb21GcmFtZTABEkwKDFdhdGNoU2Vuc29ycxIgLnBvc2VmdXNlLnYxLldhdGNoU2Vuc29yc1JlcXVlc3QaGC5wb3NlZnVzZS52MS5PYnNlcnZhdGlvbjABEkkKCldhdGNoRGVwdGgSHi5wb3NlZnVzZS52MS5XYXRjaERlcHRoUmVxdWVzdBoZLnBvc2VmdXNlLnYxLkRlcHRoUHJldmlldzABEkkKC1dhdGNoU3RhdHVzEh8ucG9zZWZ1c2UudjEuV2F0Y2hTdGF0dXNSZXF1ZXN0GhcucG9zZWZ1c2UudjEuUm9vbVN0YXR1czABEkMKCUdldFN0YXR1cxIdLnBvc2VmdXNlLnYxLkdldFN0YXR1c1JlcXVlc3QaFy5wb3NlZnVzZS52MS5Sb29tU3RhdHVzEj0KCVN0YXJ0VGFrZRIdLnBvc2VmdXNlLnYxLlN0YXJ0VGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEjsKCFN0b3BUYWtlEhwucG9zZWZ1c2UudjEuU3RvcFRha2VSZXF1ZXN0GhEucG9zZWZ1c2UudjEuVGFrZRJKCglMaXN0VGFrZXMSHS5wb3NlZnVzZS52MS5MaXN0VGFrZXNSZXF1ZXN0Gh4ucG9zZWZ1c2UudjEuTGlzdFRha2VzUmVzcG9uc2USSAoKUmVwbGF5VGFrZRIeLnBvc2VmdXNlLnYxLlJlcGxheVRha2VSZXF1ZXN0GhgucG9zZWZ1c2UudjEuUmVwbGF5RXZlbnQwARI/CgpVcGRhdGVUYWtlEh4ucG9zZWZ1c2UudjEuVXBkYXRlVGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEkkKCUNhbGlicmF0ZRIdLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVJlcXVlc3QaGy5wb3NlZnVzZS52MS5DYWxpYnJhdGVFdmVudDABEk4KDkdldENhbGlicmF0aW9uEiIucG9zZWZ1c2UudjEuR2V0Q2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24STgoOU2V0Q2FsaWJyYXRpb24SIi5wb3NlZnVzZS52MS5TZXRDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJfChBMaXN0Q2FsaWJyYXRpb25zEiQucG9zZWZ1c2UudjEuTGlzdENhbGlicmF0aW9uc1JlcXVlc3QaJS5wb3NlZnVzZS52MS5MaXN0Q2FsaWJyYXRpb25zUmVzcG9uc2USVgoSUmVzdG9yZUNhbGlicmF0aW9uEiYucG9zZWZ1c2UudjEuUmVzdG9yZUNhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uEmgKE0NvbXBhcmVDYWxpYnJhdGlvbnMSJy5wb3NlZnVzZS52MS5Db21wYXJlQ2FsaWJyYXRpb25zUmVxdWVzdBooLnBvc2VmdXNlLnYxLkNvbXBhcmVDYWxpYnJhdGlvbnNSZXNwb25zZRJYChFFeHBvcnRDYWxpYnJhdGlvbhIlLnBvc2VmdXNlLnYxLkV4cG9ydENhbGlicmF0aW9uUmVxdWVzdBocLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uRmlsZRJUChFJbXBvcnRDYWxpYnJhdGlvbhIlLnBvc2VmdXNlLnYxLkltcG9ydENhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uElgKEVJlY2FsaWJyYXRlU2Vuc29yEiUucG9zZWZ1c2UudjEuUmVjYWxpYnJhdGVTZW5zb3JSZXF1ZXN0GhwucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUmVzdWx0Ek0KCk11dGVTZW5zb3ISHi5wb3NlZnVzZS52MS5NdXRlU2Vuc29yUmVxdWVzdBofLnBvc2VmdXNlLnYxLk11dGVTZW5zb3JSZXNwb25zZRJKCglHZXRDb25maWcSHS5wb3NlZnVzZS52MS5HZXRDb25maWdSZXF1ZXN0Gh4ucG9zZWZ1c2UudjEuR2V0Q29uZmlnUmVzcG9uc2ViBnByb3RvMw", [file_posefuse_v1_types]);
 
 /**
  * @generated from message posefuse.v1.WatchRequest
@@ -60,6 +60,32 @@ export const WatchSensorsRequestSchema: GenMessage<WatchSensorsRequest> = /*@__P
   messageDesc(file_posefuse_v1_room, 1);
 
 /**
+ * @generated from message posefuse.v1.WatchDepthRequest
+ */
+export type WatchDepthRequest = Message<"posefuse.v1.WatchDepthRequest"> & {
+  /**
+   * Its name.
+   *
+   * @generated from field: string sensor = 1;
+   */
+  sensor: string;
+
+  /**
+   * 0: as many as the server lets through, 10 a second.
+   *
+   * @generated from field: double max_rate_hz = 2;
+   */
+  maxRateHz: number;
+};
+
+/**
+ * Describes the message posefuse.v1.WatchDepthRequest.
+ * Use `create(WatchDepthRequestSchema)` to create a new message.
+ */
+export const WatchDepthRequestSchema: GenMessage<WatchDepthRequest> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 2);
+
+/**
  * @generated from message posefuse.v1.WatchStatusRequest
  */
 export type WatchStatusRequest = Message<"posefuse.v1.WatchStatusRequest"> & {
@@ -74,7 +100,7 @@ export type WatchStatusRequest = Message<"posefuse.v1.WatchStatusRequest"> & {
  * Use `create(WatchStatusRequestSchema)` to create a new message.
  */
 export const WatchStatusRequestSchema: GenMessage<WatchStatusRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 2);
+  messageDesc(file_posefuse_v1_room, 3);
 
 /**
  * @generated from message posefuse.v1.GetStatusRequest
@@ -87,7 +113,7 @@ export type GetStatusRequest = Message<"posefuse.v1.GetStatusRequest"> & {
  * Use `create(GetStatusRequestSchema)` to create a new message.
  */
 export const GetStatusRequestSchema: GenMessage<GetStatusRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 3);
+  messageDesc(file_posefuse_v1_room, 4);
 
 /**
  * @generated from message posefuse.v1.SensorStatus
@@ -241,7 +267,7 @@ export type SensorStatus = Message<"posefuse.v1.SensorStatus"> & {
  * Use `create(SensorStatusSchema)` to create a new message.
  */
 export const SensorStatusSchema: GenMessage<SensorStatus> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 4);
+  messageDesc(file_posefuse_v1_room, 5);
 
 /**
  * One sensor against the fusion of the others.
@@ -296,7 +322,7 @@ export type Drift = Message<"posefuse.v1.Drift"> & {
  * Use `create(DriftSchema)` to create a new message.
  */
 export const DriftSchema: GenMessage<Drift> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 5);
+  messageDesc(file_posefuse_v1_room, 6);
 
 /**
  * A sensor's part in the fused people. Arrays hold 25 values, one a canonical joint.
@@ -348,7 +374,7 @@ export type Contribution = Message<"posefuse.v1.Contribution"> & {
  * Use `create(ContributionSchema)` to create a new message.
  */
 export const ContributionSchema: GenMessage<Contribution> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 6);
+  messageDesc(file_posefuse_v1_room, 7);
 
 /**
  * @generated from message posefuse.v1.RoomStatus
@@ -467,7 +493,7 @@ export type RoomStatus = Message<"posefuse.v1.RoomStatus"> & {
  * Use `create(RoomStatusSchema)` to create a new message.
  */
 export const RoomStatusSchema: GenMessage<RoomStatus> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 7);
+  messageDesc(file_posefuse_v1_room, 8);
 
 /**
  * The model that fills in joints no sensor sees. The counts are since the server's start and of a model beside the
@@ -538,7 +564,7 @@ export type RepairStatus = Message<"posefuse.v1.RepairStatus"> & {
  * Use `create(RepairStatusSchema)` to create a new message.
  */
 export const RepairStatusSchema: GenMessage<RepairStatus> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 8);
+  messageDesc(file_posefuse_v1_room, 9);
 
 /**
  * @generated from message posefuse.v1.SinkStatus
@@ -565,7 +591,7 @@ export type SinkStatus = Message<"posefuse.v1.SinkStatus"> & {
  * Use `create(SinkStatusSchema)` to create a new message.
  */
 export const SinkStatusSchema: GenMessage<SinkStatus> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 9);
+  messageDesc(file_posefuse_v1_room, 10);
 
 /**
  * @generated from message posefuse.v1.Take
@@ -645,7 +671,7 @@ export type Take = Message<"posefuse.v1.Take"> & {
  * Use `create(TakeSchema)` to create a new message.
  */
 export const TakeSchema: GenMessage<Take> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 10);
+  messageDesc(file_posefuse_v1_room, 11);
 
 /**
  * @generated from message posefuse.v1.StartTakeRequest
@@ -674,7 +700,7 @@ export type StartTakeRequest = Message<"posefuse.v1.StartTakeRequest"> & {
  * Use `create(StartTakeRequestSchema)` to create a new message.
  */
 export const StartTakeRequestSchema: GenMessage<StartTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 11);
+  messageDesc(file_posefuse_v1_room, 12);
 
 /**
  * @generated from message posefuse.v1.StopTakeRequest
@@ -687,7 +713,7 @@ export type StopTakeRequest = Message<"posefuse.v1.StopTakeRequest"> & {
  * Use `create(StopTakeRequestSchema)` to create a new message.
  */
 export const StopTakeRequestSchema: GenMessage<StopTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 12);
+  messageDesc(file_posefuse_v1_room, 13);
 
 /**
  * @generated from message posefuse.v1.ListTakesRequest
@@ -700,7 +726,7 @@ export type ListTakesRequest = Message<"posefuse.v1.ListTakesRequest"> & {
  * Use `create(ListTakesRequestSchema)` to create a new message.
  */
 export const ListTakesRequestSchema: GenMessage<ListTakesRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 13);
+  messageDesc(file_posefuse_v1_room, 14);
 
 /**
  * @generated from message posefuse.v1.ListTakesResponse
@@ -717,7 +743,7 @@ export type ListTakesResponse = Message<"posefuse.v1.ListTakesResponse"> & {
  * Use `create(ListTakesResponseSchema)` to create a new message.
  */
 export const ListTakesResponseSchema: GenMessage<ListTakesResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 14);
+  messageDesc(file_posefuse_v1_room, 15);
 
 /**
  * @generated from message posefuse.v1.UpdateTakeRequest
@@ -744,7 +770,7 @@ export type UpdateTakeRequest = Message<"posefuse.v1.UpdateTakeRequest"> & {
  * Use `create(UpdateTakeRequestSchema)` to create a new message.
  */
 export const UpdateTakeRequestSchema: GenMessage<UpdateTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 15);
+  messageDesc(file_posefuse_v1_room, 16);
 
 /**
  * @generated from message posefuse.v1.ReplayTakeRequest
@@ -775,7 +801,7 @@ export type ReplayTakeRequest = Message<"posefuse.v1.ReplayTakeRequest"> & {
  * Use `create(ReplayTakeRequestSchema)` to create a new message.
  */
 export const ReplayTakeRequestSchema: GenMessage<ReplayTakeRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 16);
+  messageDesc(file_posefuse_v1_room, 17);
 
 /**
  * @generated from message posefuse.v1.ReplayEvent
@@ -819,7 +845,7 @@ export type ReplayEvent = Message<"posefuse.v1.ReplayEvent"> & {
  * Use `create(ReplayEventSchema)` to create a new message.
  */
 export const ReplayEventSchema: GenMessage<ReplayEvent> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 17);
+  messageDesc(file_posefuse_v1_room, 18);
 
 /**
  * @generated from message posefuse.v1.ReplayStart
@@ -846,7 +872,7 @@ export type ReplayStart = Message<"posefuse.v1.ReplayStart"> & {
  * Use `create(ReplayStartSchema)` to create a new message.
  */
 export const ReplayStartSchema: GenMessage<ReplayStart> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 18);
+  messageDesc(file_posefuse_v1_room, 19);
 
 /**
  * @generated from message posefuse.v1.CalibrateRequest
@@ -872,7 +898,7 @@ export type CalibrateRequest = Message<"posefuse.v1.CalibrateRequest"> & {
  * Use `create(CalibrateRequestSchema)` to create a new message.
  */
 export const CalibrateRequestSchema: GenMessage<CalibrateRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 19);
+  messageDesc(file_posefuse_v1_room, 20);
 
 /**
  * @generated from message posefuse.v1.CalibrateEvent
@@ -901,7 +927,7 @@ export type CalibrateEvent = Message<"posefuse.v1.CalibrateEvent"> & {
  * Use `create(CalibrateEventSchema)` to create a new message.
  */
 export const CalibrateEventSchema: GenMessage<CalibrateEvent> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 20);
+  messageDesc(file_posefuse_v1_room, 21);
 
 /**
  * @generated from message posefuse.v1.CalibrateProgress
@@ -949,7 +975,7 @@ export type CalibrateProgress = Message<"posefuse.v1.CalibrateProgress"> & {
  * Use `create(CalibrateProgressSchema)` to create a new message.
  */
 export const CalibrateProgressSchema: GenMessage<CalibrateProgress> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 21);
+  messageDesc(file_posefuse_v1_room, 22);
 
 /**
  * @generated from message posefuse.v1.SensorProgress
@@ -1001,7 +1027,7 @@ export type SensorProgress = Message<"posefuse.v1.SensorProgress"> & {
  * Use `create(SensorProgressSchema)` to create a new message.
  */
 export const SensorProgressSchema: GenMessage<SensorProgress> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 22);
+  messageDesc(file_posefuse_v1_room, 23);
 
 /**
  * @generated from message posefuse.v1.CalibrateResult
@@ -1056,7 +1082,7 @@ export type CalibrateResult = Message<"posefuse.v1.CalibrateResult"> & {
  * Use `create(CalibrateResultSchema)` to create a new message.
  */
 export const CalibrateResultSchema: GenMessage<CalibrateResult> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 23);
+  messageDesc(file_posefuse_v1_room, 24);
 
 /**
  * One sensor of a calibration, on held-out frames.
@@ -1116,7 +1142,7 @@ export type SensorResult = Message<"posefuse.v1.SensorResult"> & {
  * Use `create(SensorResultSchema)` to create a new message.
  */
 export const SensorResultSchema: GenMessage<SensorResult> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 24);
+  messageDesc(file_posefuse_v1_room, 25);
 
 /**
  * How far two sensors' joints lie apart on held-out frames: before, both sensors taken to stand in the same place;
@@ -1185,7 +1211,7 @@ export type PairResidual = Message<"posefuse.v1.PairResidual"> & {
  * Use `create(PairResidualSchema)` to create a new message.
  */
 export const PairResidualSchema: GenMessage<PairResidual> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 25);
+  messageDesc(file_posefuse_v1_room, 26);
 
 /**
  * @generated from message posefuse.v1.GetCalibrationRequest
@@ -1198,7 +1224,7 @@ export type GetCalibrationRequest = Message<"posefuse.v1.GetCalibrationRequest">
  * Use `create(GetCalibrationRequestSchema)` to create a new message.
  */
 export const GetCalibrationRequestSchema: GenMessage<GetCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 26);
+  messageDesc(file_posefuse_v1_room, 27);
 
 /**
  * @generated from message posefuse.v1.SetCalibrationRequest
@@ -1215,7 +1241,7 @@ export type SetCalibrationRequest = Message<"posefuse.v1.SetCalibrationRequest">
  * Use `create(SetCalibrationRequestSchema)` to create a new message.
  */
 export const SetCalibrationRequestSchema: GenMessage<SetCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 27);
+  messageDesc(file_posefuse_v1_room, 28);
 
 /**
  * @generated from message posefuse.v1.ListCalibrationsRequest
@@ -1228,7 +1254,7 @@ export type ListCalibrationsRequest = Message<"posefuse.v1.ListCalibrationsReque
  * Use `create(ListCalibrationsRequestSchema)` to create a new message.
  */
 export const ListCalibrationsRequestSchema: GenMessage<ListCalibrationsRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 28);
+  messageDesc(file_posefuse_v1_room, 29);
 
 /**
  * @generated from message posefuse.v1.ListCalibrationsResponse
@@ -1245,7 +1271,7 @@ export type ListCalibrationsResponse = Message<"posefuse.v1.ListCalibrationsResp
  * Use `create(ListCalibrationsResponseSchema)` to create a new message.
  */
 export const ListCalibrationsResponseSchema: GenMessage<ListCalibrationsResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 29);
+  messageDesc(file_posefuse_v1_room, 30);
 
 /**
  * @generated from message posefuse.v1.StoredCalibration
@@ -1281,7 +1307,7 @@ export type StoredCalibration = Message<"posefuse.v1.StoredCalibration"> & {
  * Use `create(StoredCalibrationSchema)` to create a new message.
  */
 export const StoredCalibrationSchema: GenMessage<StoredCalibration> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 30);
+  messageDesc(file_posefuse_v1_room, 31);
 
 /**
  * @generated from message posefuse.v1.RestoreCalibrationRequest
@@ -1298,7 +1324,7 @@ export type RestoreCalibrationRequest = Message<"posefuse.v1.RestoreCalibrationR
  * Use `create(RestoreCalibrationRequestSchema)` to create a new message.
  */
 export const RestoreCalibrationRequestSchema: GenMessage<RestoreCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 31);
+  messageDesc(file_posefuse_v1_room, 32);
 
 /**
  * @generated from message posefuse.v1.CompareCalibrationsRequest
@@ -1322,7 +1348,7 @@ export type CompareCalibrationsRequest = Message<"posefuse.v1.CompareCalibration
  * Use `create(CompareCalibrationsRequestSchema)` to create a new message.
  */
 export const CompareCalibrationsRequestSchema: GenMessage<CompareCalibrationsRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 32);
+  messageDesc(file_posefuse_v1_room, 33);
 
 /**
  * @generated from message posefuse.v1.CompareCalibrationsResponse
@@ -1339,7 +1365,7 @@ export type CompareCalibrationsResponse = Message<"posefuse.v1.CompareCalibratio
  * Use `create(CompareCalibrationsResponseSchema)` to create a new message.
  */
 export const CompareCalibrationsResponseSchema: GenMessage<CompareCalibrationsResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 33);
+  messageDesc(file_posefuse_v1_room, 34);
 
 /**
  * How far a sensor stands from where another calibration has it, both rooms laid over each other as well as they fit.
@@ -1382,7 +1408,7 @@ export type SensorMove = Message<"posefuse.v1.SensorMove"> & {
  * Use `create(SensorMoveSchema)` to create a new message.
  */
 export const SensorMoveSchema: GenMessage<SensorMove> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 34);
+  messageDesc(file_posefuse_v1_room, 35);
 
 /**
  * @generated from message posefuse.v1.ExportCalibrationRequest
@@ -1406,7 +1432,7 @@ export type ExportCalibrationRequest = Message<"posefuse.v1.ExportCalibrationReq
  * Use `create(ExportCalibrationRequestSchema)` to create a new message.
  */
 export const ExportCalibrationRequestSchema: GenMessage<ExportCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 35);
+  messageDesc(file_posefuse_v1_room, 36);
 
 /**
  * @generated from message posefuse.v1.CalibrationFile
@@ -1430,7 +1456,7 @@ export type CalibrationFile = Message<"posefuse.v1.CalibrationFile"> & {
  * Use `create(CalibrationFileSchema)` to create a new message.
  */
 export const CalibrationFileSchema: GenMessage<CalibrationFile> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 36);
+  messageDesc(file_posefuse_v1_room, 37);
 
 /**
  * @generated from message posefuse.v1.ImportCalibrationRequest
@@ -1461,7 +1487,7 @@ export type ImportCalibrationRequest = Message<"posefuse.v1.ImportCalibrationReq
  * Use `create(ImportCalibrationRequestSchema)` to create a new message.
  */
 export const ImportCalibrationRequestSchema: GenMessage<ImportCalibrationRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 37);
+  messageDesc(file_posefuse_v1_room, 38);
 
 /**
  * @generated from message posefuse.v1.RecalibrateSensorRequest
@@ -1483,7 +1509,7 @@ export type RecalibrateSensorRequest = Message<"posefuse.v1.RecalibrateSensorReq
  * Use `create(RecalibrateSensorRequestSchema)` to create a new message.
  */
 export const RecalibrateSensorRequestSchema: GenMessage<RecalibrateSensorRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 38);
+  messageDesc(file_posefuse_v1_room, 39);
 
 /**
  * @generated from message posefuse.v1.MuteSensorRequest
@@ -1505,7 +1531,7 @@ export type MuteSensorRequest = Message<"posefuse.v1.MuteSensorRequest"> & {
  * Use `create(MuteSensorRequestSchema)` to create a new message.
  */
 export const MuteSensorRequestSchema: GenMessage<MuteSensorRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 39);
+  messageDesc(file_posefuse_v1_room, 40);
 
 /**
  * @generated from message posefuse.v1.MuteSensorResponse
@@ -1518,7 +1544,7 @@ export type MuteSensorResponse = Message<"posefuse.v1.MuteSensorResponse"> & {
  * Use `create(MuteSensorResponseSchema)` to create a new message.
  */
 export const MuteSensorResponseSchema: GenMessage<MuteSensorResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 40);
+  messageDesc(file_posefuse_v1_room, 41);
 
 /**
  * @generated from message posefuse.v1.GetConfigRequest
@@ -1531,7 +1557,7 @@ export type GetConfigRequest = Message<"posefuse.v1.GetConfigRequest"> & {
  * Use `create(GetConfigRequestSchema)` to create a new message.
  */
 export const GetConfigRequestSchema: GenMessage<GetConfigRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 41);
+  messageDesc(file_posefuse_v1_room, 42);
 
 /**
  * @generated from message posefuse.v1.GetConfigResponse
@@ -1548,7 +1574,7 @@ export type GetConfigResponse = Message<"posefuse.v1.GetConfigResponse"> & {
  * Use `create(GetConfigResponseSchema)` to create a new message.
  */
 export const GetConfigResponseSchema: GenMessage<GetConfigResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 42);
+  messageDesc(file_posefuse_v1_room, 43);
 
 /**
  * @generated from enum posefuse.v1.SensorState
@@ -1724,6 +1750,17 @@ export const Room: GenService<{
     methodKind: "server_streaming";
     input: typeof WatchSensorsRequestSchema;
     output: typeof ObservationSchema;
+  },
+  /**
+   * Small depth images of one sensor as they come, while somebody watches. FAILED_PRECONDITION: its agent has none to
+   * give. A subscriber that cannot keep up loses its own.
+   *
+   * @generated from rpc posefuse.v1.Room.WatchDepth
+   */
+  watchDepth: {
+    methodKind: "server_streaming";
+    input: typeof WatchDepthRequestSchema;
+    output: typeof DepthPreviewSchema;
   },
   /**
    * State of the room now, and then at each change, at most `max_rate_hz` times and at least once a second.

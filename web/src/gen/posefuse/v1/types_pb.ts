@@ -14,7 +14,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file posefuse/v1/types.proto.
  */
 export const file_posefuse_v1_types: GenFile = /*@__PURE__*/
-  fileDesc("Chdwb3NlZnVzZS92MS90eXBlcy5wcm90bxILcG9zZWZ1c2UudjEiKgoHVmVjdG9yMxIJCgF4GAEgASgBEgkKAXkYAiABKAESCQoBehgDIAEoASI4CgpRdWF0ZXJuaW9uEgkKAXgYASABKAESCQoBeRgCIAEoARIJCgF6GAMgASgBEgkKAXcYBCABKAEiXAoEUG9zZRIpCgt0cmFuc2xhdGlvbhgBIAEoCzIULnBvc2VmdXNlLnYxLlZlY3RvcjMSKQoIcm90YXRpb24YAiABKAsyFy5wb3NlZnVzZS52MS5RdWF0ZXJuaW9uIlkKBEJvZHkSEwoLdHJhY2tpbmdfaWQYASABKAQSEQoJcG9zaXRpb25zGAIgAygCEhMKC2NvbmZpZGVuY2VzGAMgAygCEhQKDG9yaWVudGF0aW9ucxgEIAMoAiK4AQoFVHJhY2sSCgoCaWQYASABKAQSEAoIc2luY2VfbnMYAiABKAMSDwoHc2Vuc29ycxgDIAEoBhIRCglwb3NpdGlvbnMYBCADKAISEwoLY292YXJpYW5jZXMYBSADKAISEwoLY29uZmlkZW5jZXMYBiADKAISLAoLcHJvdmVuYW5jZXMYByADKA4yFy5wb3NlZnVzZS52MS5Qcm92ZW5hbmNlEhUKDWpvaW50X3NlbnNvcnMYCCADKAYiZwoJUm9vbUZyYW1lEg4KBm51bWJlchgBIAEoBBIPCgd0aW1lX25zGAIgASgDEhUKDWxvb2tfYWhlYWRfbnMYAyABKAMSIgoGdHJhY2tzGAQgAygLMhIucG9zZWZ1c2UudjEuVHJhY2siSAoKU2Vuc29ySW5mbxIKCgJpZBgBIAEoDRIMCgRuYW1lGAIgASgJEg0KBW1vZGVsGAMgASgJEhEKCWpvaW50X3NldBgEIAEoCSJ8CgtPYnNlcnZhdGlvbhIOCgZzZW5zb3IYASABKA0SEAoIc2VxdWVuY2UYAiABKAQSEwoLY2FwdHVyZWRfbnMYAyABKAMSEwoLcmVjZWl2ZWRfbnMYBCABKAMSIQoGYm9kaWVzGAUgAygLMhEucG9zZWZ1c2UudjEuQm9keSJ1CgtDbG9ja1NhbXBsZRIOCgZzZW5zb3IYASABKA0SDwoHc2VudF9ucxgCIAEoAxITCgtyZXR1cm5lZF9ucxgDIAEoAxIZChFhZ2VudF9yZWNlaXZlZF9ucxgEIAEoAxIVCg1hZ2VudF9zZW50X25zGAUgASgDItsBCgpTZW5zb3JQb3NlEg4KBnNlbnNvchgBIAEoCRIrChByb29tX2Zyb21fc2Vuc29yGAIgASgLMhEucG9zZWZ1c2UudjEuUG9zZRIWCg50aW1lX29mZnNldF9ucxgDIAEoAxIZChFyZXNpZHVhbF9tZWRpYW5fbRgEIAEoARIWCg5yZXNpZHVhbF9wOTVfbRgFIAEoARIPCgdzYW1wbGVzGAYgASgEEioKBXNpZ21hGAcgASgLMhYucG9zZWZ1c2UudjEuUG9zZVNpZ21hSACIAQFCCAoGX3NpZ21hIkYKCVBvc2VTaWdtYRISCgpwb3NpdGlvbl9tGAEgASgBEhQKDHJvdGF0aW9uX2RlZxgCIAEoARIPCgd0aW1lX21zGAMgASgBIigKB1JheUJpYXMSDQoFam9pbnQYASABKAkSDgoGbWV0cmVzGAIgASgBIlUKC0pvaW50T2Zmc2V0EhEKCWpvaW50X3NldBgBIAEoCRINCgVqb2ludBgCIAEoCRIkCgZvZmZzZXQYAyABKAsyFC5wb3NlZnVzZS52MS5WZWN0b3IzItEBCgtDYWxpYnJhdGlvbhIPCgdjcmVhdGVkGAEgASgJEg4KBm1ldGhvZBgCIAEoCRINCgVmbG9vchgDIAEoCRIoCgdzZW5zb3JzGAQgAygLMhcucG9zZWZ1c2UudjEuU2Vuc29yUG9zZRIPCgd2ZXJkaWN0GAUgASgJEiYKCHJheV9iaWFzGAYgAygLMhQucG9zZWZ1c2UudjEuUmF5QmlhcxIvCg1qb2ludF9vZmZzZXRzGAcgAygLMhgucG9zZWZ1c2UudjEuSm9pbnRPZmZzZXQqjAEKClByb3ZlbmFuY2USGgoWUFJPVkVOQU5DRV9VTlNQRUNJRklFRBAAEhYKElBST1ZFTkFOQ0VfTUlTU0lORxABEhcKE1BST1ZFTkFOQ0VfTUVBU1VSRUQQAhIYChRQUk9WRU5BTkNFX1BSRURJQ1RFRBADEhcKE1BST1ZFTkFOQ0VfUkVQQUlSRUQQBGIGcHJvdG8z");
+  fileDesc("Chdwb3NlZnVzZS92MS90eXBlcy5wcm90bxILcG9zZWZ1c2UudjEiKgoHVmVjdG9yMxIJCgF4GAEgASgBEgkKAXkYAiABKAESCQoBehgDIAEoASI4CgpRdWF0ZXJuaW9uEgkKAXgYASABKAESCQoBeRgCIAEoARIJCgF6GAMgASgBEgkKAXcYBCABKAEiXAoEUG9zZRIpCgt0cmFuc2xhdGlvbhgBIAEoCzIULnBvc2VmdXNlLnYxLlZlY3RvcjMSKQoIcm90YXRpb24YAiABKAsyFy5wb3NlZnVzZS52MS5RdWF0ZXJuaW9uIm8KBEJvZHkSEwoLdHJhY2tpbmdfaWQYASABKAQSEQoJcG9zaXRpb25zGAIgAygCEhMKC2NvbmZpZGVuY2VzGAMgAygCEhQKDG9yaWVudGF0aW9ucxgEIAMoAhIUCgxoYW5kc19jbG9zZWQYBSADKAIiPAoKSW50cmluc2ljcxIKCgJmeBgBIAEoARIKCgJmeRgCIAEoARIKCgJjeBgDIAEoARIKCgJjeRgEIAEoASKzAQoMRGVwdGhQcmV2aWV3Eg4KBnNlbnNvchgBIAEoCRITCgtjYXB0dXJlZF9ucxgCIAEoAxINCgV3aWR0aBgDIAEoDRIOCgZoZWlnaHQYBCABKA0SEwoLbWlsbGltZXRyZXMYBSABKAwSJwoGY2FtZXJhGAYgASgLMhcucG9zZWZ1c2UudjEuSW50cmluc2ljcxIhCgZib2RpZXMYByADKAsyES5wb3NlZnVzZS52MS5Cb2R5IrgBCgVUcmFjaxIKCgJpZBgBIAEoBBIQCghzaW5jZV9ucxgCIAEoAxIPCgdzZW5zb3JzGAMgASgGEhEKCXBvc2l0aW9ucxgEIAMoAhITCgtjb3ZhcmlhbmNlcxgFIAMoAhITCgtjb25maWRlbmNlcxgGIAMoAhIsCgtwcm92ZW5hbmNlcxgHIAMoDjIXLnBvc2VmdXNlLnYxLlByb3ZlbmFuY2USFQoNam9pbnRfc2Vuc29ycxgIIAMoBiJnCglSb29tRnJhbWUSDgoGbnVtYmVyGAEgASgEEg8KB3RpbWVfbnMYAiABKAMSFQoNbG9va19haGVhZF9ucxgDIAEoAxIiCgZ0cmFja3MYBCADKAsyEi5wb3NlZnVzZS52MS5UcmFjayJICgpTZW5zb3JJbmZvEgoKAmlkGAEgASgNEgwKBG5hbWUYAiABKAkSDQoFbW9kZWwYAyABKAkSEQoJam9pbnRfc2V0GAQgASgJInwKC09ic2VydmF0aW9uEg4KBnNlbnNvchgBIAEoDRIQCghzZXF1ZW5jZRgCIAEoBBITCgtjYXB0dXJlZF9ucxgDIAEoAxITCgtyZWNlaXZlZF9ucxgEIAEoAxIhCgZib2RpZXMYBSADKAsyES5wb3NlZnVzZS52MS5Cb2R5InUKC0Nsb2NrU2FtcGxlEg4KBnNlbnNvchgBIAEoDRIPCgdzZW50X25zGAIgASgDEhMKC3JldHVybmVkX25zGAMgASgDEhkKEWFnZW50X3JlY2VpdmVkX25zGAQgASgDEhUKDWFnZW50X3NlbnRfbnMYBSABKAMi2wEKClNlbnNvclBvc2USDgoGc2Vuc29yGAEgASgJEisKEHJvb21fZnJvbV9zZW5zb3IYAiABKAsyES5wb3NlZnVzZS52MS5Qb3NlEhYKDnRpbWVfb2Zmc2V0X25zGAMgASgDEhkKEXJlc2lkdWFsX21lZGlhbl9tGAQgASgBEhYKDnJlc2lkdWFsX3A5NV9tGAUgASgBEg8KB3NhbXBsZXMYBiABKAQSKgoFc2lnbWEYByABKAsyFi5wb3NlZnVzZS52MS5Qb3NlU2lnbWFIAIgBAUIICgZfc2lnbWEiRgoJUG9zZVNpZ21hEhIKCnBvc2l0aW9uX20YASABKAESFAoMcm90YXRpb25fZGVnGAIgASgBEg8KB3RpbWVfbXMYAyABKAEiKAoHUmF5QmlhcxINCgVqb2ludBgBIAEoCRIOCgZtZXRyZXMYAiABKAEiVQoLSm9pbnRPZmZzZXQSEQoJam9pbnRfc2V0GAEgASgJEg0KBWpvaW50GAIgASgJEiQKBm9mZnNldBgDIAEoCzIULnBvc2VmdXNlLnYxLlZlY3RvcjMi0QEKC0NhbGlicmF0aW9uEg8KB2NyZWF0ZWQYASABKAkSDgoGbWV0aG9kGAIgASgJEg0KBWZsb29yGAMgASgJEigKB3NlbnNvcnMYBCADKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JQb3NlEg8KB3ZlcmRpY3QYBSABKAkSJgoIcmF5X2JpYXMYBiADKAsyFC5wb3NlZnVzZS52MS5SYXlCaWFzEi8KDWpvaW50X29mZnNldHMYByADKAsyGC5wb3NlZnVzZS52MS5Kb2ludE9mZnNldCqMAQoKUHJvdmVuYW5jZRIaChZQUk9WRU5BTkNFX1VOU1BFQ0lGSUVEEAASFgoSUFJPVkVOQU5DRV9NSVNTSU5HEAESFwoTUFJPVkVOQU5DRV9NRUFTVVJFRBACEhgKFFBST1ZFTkFOQ0VfUFJFRElDVEVEEAMSFwoTUFJPVkVOQU5DRV9SRVBBSVJFRBAEYgZwcm90bzM");
 
 /**
  * @generated from message posefuse.v1.Vector3
@@ -132,6 +132,14 @@ export type Body = Message<"posefuse.v1.Body"> & {
    * @generated from field: repeated float orientations = 4;
    */
   orientations: number[];
+
+  /**
+   * The probability that the left and the right hand is closed, negative where it is not known; or empty where the
+   * tracker does not tell.
+   *
+   * @generated from field: repeated float hands_closed = 5;
+   */
+  handsClosed: number[];
 };
 
 /**
@@ -140,6 +148,95 @@ export type Body = Message<"posefuse.v1.Body"> & {
  */
 export const BodySchema: GenMessage<Body> = /*@__PURE__*/
   messageDesc(file_posefuse_v1_types, 3);
+
+/**
+ * The pinhole camera of a depth image, pixels; pixel centres have whole numbers.
+ *
+ * @generated from message posefuse.v1.Intrinsics
+ */
+export type Intrinsics = Message<"posefuse.v1.Intrinsics"> & {
+  /**
+   * @generated from field: double fx = 1;
+   */
+  fx: number;
+
+  /**
+   * @generated from field: double fy = 2;
+   */
+  fy: number;
+
+  /**
+   * @generated from field: double cx = 3;
+   */
+  cx: number;
+
+  /**
+   * @generated from field: double cy = 4;
+   */
+  cy: number;
+};
+
+/**
+ * Describes the message posefuse.v1.Intrinsics.
+ * Use `create(IntrinsicsSchema)` to create a new message.
+ */
+export const IntrinsicsSchema: GenMessage<Intrinsics> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_types, 4);
+
+/**
+ * A small depth image of a sensor, for the eyes of an operator.
+ *
+ * @generated from message posefuse.v1.DepthPreview
+ */
+export type DepthPreview = Message<"posefuse.v1.DepthPreview"> & {
+  /**
+   * @generated from field: string sensor = 1;
+   */
+  sensor: string;
+
+  /**
+   * The clock of the sensor's agent.
+   *
+   * @generated from field: int64 captured_ns = 2;
+   */
+  capturedNs: bigint;
+
+  /**
+   * @generated from field: uint32 width = 3;
+   */
+  width: number;
+
+  /**
+   * @generated from field: uint32 height = 4;
+   */
+  height: number;
+
+  /**
+   * Distance along the optical axis, millimetres, 16 bits each, little-endian, row after row; 0 where there is none.
+   *
+   * @generated from field: bytes millimetres = 5;
+   */
+  millimetres: Uint8Array;
+
+  /**
+   * @generated from field: posefuse.v1.Intrinsics camera = 6;
+   */
+  camera?: Intrinsics | undefined;
+
+  /**
+   * The bodies tracked in this very image, joints in the order of the sensor's joint set.
+   *
+   * @generated from field: repeated posefuse.v1.Body bodies = 7;
+   */
+  bodies: Body[];
+};
+
+/**
+ * Describes the message posefuse.v1.DepthPreview.
+ * Use `create(DepthPreviewSchema)` to create a new message.
+ */
+export const DepthPreviewSchema: GenMessage<DepthPreview> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_types, 5);
 
 /**
  * One person at one instant. Arrays run in the order of the 25 canonical joints (Kinect v2's), see docs/FRAMES.md.
@@ -207,7 +304,7 @@ export type Track = Message<"posefuse.v1.Track"> & {
  * Use `create(TrackSchema)` to create a new message.
  */
 export const TrackSchema: GenMessage<Track> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 4);
+  messageDesc(file_posefuse_v1_types, 6);
 
 /**
  * Everybody in the room at one instant.
@@ -245,7 +342,7 @@ export type RoomFrame = Message<"posefuse.v1.RoomFrame"> & {
  * Use `create(RoomFrameSchema)` to create a new message.
  */
 export const RoomFrameSchema: GenMessage<RoomFrame> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 5);
+  messageDesc(file_posefuse_v1_types, 7);
 
 /**
  * What is known of a sensor from its agent's greeting.
@@ -285,7 +382,7 @@ export type SensorInfo = Message<"posefuse.v1.SensorInfo"> & {
  * Use `create(SensorInfoSchema)` to create a new message.
  */
 export const SensorInfoSchema: GenMessage<SensorInfo> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 6);
+  messageDesc(file_posefuse_v1_types, 8);
 
 /**
  * One sensor's frame as the server took it in, canonical joints (25), sensor frame.
@@ -330,7 +427,7 @@ export type Observation = Message<"posefuse.v1.Observation"> & {
  * Use `create(ObservationSchema)` to create a new message.
  */
 export const ObservationSchema: GenMessage<Observation> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 7);
+  messageDesc(file_posefuse_v1_types, 9);
 
 /**
  * One answered clock probe.
@@ -373,7 +470,7 @@ export type ClockSample = Message<"posefuse.v1.ClockSample"> & {
  * Use `create(ClockSampleSchema)` to create a new message.
  */
 export const ClockSampleSchema: GenMessage<ClockSample> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 8);
+  messageDesc(file_posefuse_v1_types, 10);
 
 /**
  * One sensor's place in the room and how well it is known.
@@ -426,7 +523,7 @@ export type SensorPose = Message<"posefuse.v1.SensorPose"> & {
  * Use `create(SensorPoseSchema)` to create a new message.
  */
 export const SensorPoseSchema: GenMessage<SensorPose> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 9);
+  messageDesc(file_posefuse_v1_types, 11);
 
 /**
  * Standard deviations from the solver's posterior: root of the trace of the covariance.
@@ -455,7 +552,7 @@ export type PoseSigma = Message<"posefuse.v1.PoseSigma"> & {
  * Use `create(PoseSigmaSchema)` to create a new message.
  */
 export const PoseSigmaSchema: GenMessage<PoseSigma> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 10);
+  messageDesc(file_posefuse_v1_types, 12);
 
 /**
  * How far trackers report a joint nearer to their sensor than it is, along the ray.
@@ -481,7 +578,7 @@ export type RayBias = Message<"posefuse.v1.RayBias"> & {
  * Use `create(RayBiasSchema)` to create a new message.
  */
 export const RayBiasSchema: GenMessage<RayBias> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 11);
+  messageDesc(file_posefuse_v1_types, 13);
 
 /**
  * What is added to a joint as trackers of one joint set report it, metres, in the joint's local axes.
@@ -510,7 +607,7 @@ export type JointOffset = Message<"posefuse.v1.JointOffset"> & {
  * Use `create(JointOffsetSchema)` to create a new message.
  */
 export const JointOffsetSchema: GenMessage<JointOffset> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 12);
+  messageDesc(file_posefuse_v1_types, 14);
 
 /**
  * The poses of a room's sensors.
@@ -565,7 +662,7 @@ export type Calibration = Message<"posefuse.v1.Calibration"> & {
  * Use `create(CalibrationSchema)` to create a new message.
  */
 export const CalibrationSchema: GenMessage<Calibration> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_types, 13);
+  messageDesc(file_posefuse_v1_types, 15);
 
 /**
  * Where the knowledge of a joint comes from.

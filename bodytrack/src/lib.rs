@@ -1,0 +1,8 @@
+//! Depth images to skeletons: the people in a depth image, followed over time and measured joint by joint.
+//!
+//! For sensors that bring no body tracker. Positions are metres in the sensor's optical frame (x right, y down, z
+//! forward); left and right are the person's own.
+
+mod body;
+
+pub use body::{Facing, TrackedBody};
