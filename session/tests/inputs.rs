@@ -37,6 +37,7 @@ fn body() -> impl Strategy<Value = v1::Body> {
             tracking_id,
             positions,
             confidences,
+            hands_closed: Vec::new(),
             orientations: if turned { orientations } else { Vec::new() },
         },
     )

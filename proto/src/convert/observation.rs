@@ -243,6 +243,7 @@ mod tests {
             tracking_id: 7,
             positions: (0..3 * count).map(|i| i as f32 * 0.1).collect(),
             confidences: vec![0.5; count],
+            hands_closed: Vec::new(),
             orientations: [0.0, 0.6, 0.0, 0.8].repeat(count),
         }
     }

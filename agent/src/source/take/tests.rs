@@ -35,6 +35,7 @@ fn observation(sensor: u32, frame: i64, captured_ns: i64, received_ns: i64) -> W
         tracking_id: 40 + u64::from(sensor),
         positions: positions.collect(),
         confidences: vec![0.75; 25],
+        hands_closed: Vec::new(),
         orientations: if sensor == 1 {
             [0.0, 0.6, 0.0, 0.8].repeat(25)
         } else {
