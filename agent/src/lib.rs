@@ -22,8 +22,8 @@ pub use clock::{Clock, SystemClock};
 pub use config::{AgentConfig, parse_server};
 pub use run::{AgentError, AgentReport, End, Parts, run, run_with};
 pub use source::{
-    Camera, DepthFrame, DepthSource, Description, SensorSource, SourceBody, SourceConfig,
-    SourceError, SourceFrame,
+    Camera, DepthFrame, DepthPreview, DepthSource, Description, PreviewSlot, SensorSource,
+    SourceBody, SourceConfig, SourceError, SourceFrame,
 };
 pub use uplink::buffer::BufferLimits;
 pub use uplink::connect::{Connecting, Connector, Io, tcp_connector};

@@ -8,6 +8,7 @@ pub mod csv;
 mod depth;
 mod drive;
 mod pace;
+mod preview;
 mod replay;
 mod sim;
 mod take;
@@ -23,6 +24,7 @@ use crate::Clock;
 pub use csv::CsvConfig;
 pub use depth::{DepthFrame, DepthSource};
 pub(crate) use drive::{SourceEvent, inline, inline_queue, on_thread};
+pub use preview::{DepthPreview, PreviewSlot};
 pub use replay::{RecordedFrame, ReplayConfig};
 pub use sim::{SimConfig, shared_epoch_unix_ns};
 pub use take::TakeConfig;
@@ -85,6 +87,11 @@ pub trait SensorSource: Send {
     /// The clock that stamps its frames. By default the agent's monotonic clock as it is.
     fn clock(&self) -> SensorClock {
         Arc::new(AgentTime::from_ns)
+    }
+
+    /// Where it leaves depth previews, if it has any. Asked for once, before the first frame.
+    fn previews(&self) -> Option<PreviewSlot> {
+        None
     }
 
     /// The next frame, or `None` when there will be no more. After [`SourceError::Trouble`] it is called again.
