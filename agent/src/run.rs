@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use posefuse_proto::{PROTOCOL, agent_body, v1};
+use posefuse_proto::{PROTOCOL, agent_body, hands_to_wire, v1};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use thiserror::Error;
@@ -235,10 +235,7 @@ fn wire_camera(camera: Camera) -> v1::CameraInfo {
 fn wire_body(body: &SourceBody) -> v1::Body {
     let mut wire = agent_body(body.tracking_id, &body.joints);
     wire.orientations.extend(body.orientations.iter().flatten());
-    if body.hands_closed.iter().any(Option::is_some) {
-        let closed = body.hands_closed.map(|closed| closed.unwrap_or(-1.0));
-        wire.hands_closed.extend(closed);
-    }
+    wire.hands_closed = hands_to_wire(body.hands_closed);
     wire
 }
 

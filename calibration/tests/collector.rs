@@ -33,6 +33,7 @@ fn stream(scene: &Scene) -> Vec<(SensorId, Timestamp, Vec<Body>)> {
                     provenance: Provenance::Measured(SensorSet::only(id(index))),
                 }),
                 orientations: None,
+                hands_closed: [None; 2],
             });
             stream.push((id(index), frame.time, bodies.collect()));
         }

@@ -193,6 +193,7 @@ pub fn observed_body(info: &SensorInfo, tracking_id: u64, joints: &[Option<RawJo
             })
         }),
         orientations: None,
+        hands_closed: [None; 2],
     }
 }
 

@@ -62,6 +62,7 @@ fn body() -> impl Strategy<Value = Body> {
                 })
                 .collect::<Skeleton<_>>(),
             orientations: None,
+            hands_closed: [None; 2],
         })
 }
 
@@ -259,6 +260,7 @@ fn bodies_beyond_what_a_frame_may_have_are_cut_and_counted() {
         tracking_id,
         skeleton: Joint::ALL.into_iter().map(joint).collect(),
         orientations: None,
+        hands_closed: [None; 2],
     };
     let people = 40;
     engine.handle(Input::Observation(Observation {

@@ -15,7 +15,7 @@ pub use convert::calibration::{
     calibration_from_wire, calibration_to_wire, pose_from_wire, pose_to_wire,
 };
 pub use convert::observation::{
-    agent_body, bodies_from_agent, observation_from_wire, observation_to_wire,
+    agent_body, bodies_from_agent, hands_to_wire, observation_from_wire, observation_to_wire,
     sensor_info_from_wire, sensor_info_to_wire,
 };
 pub use convert::room_frame::{room_frame_from_wire, room_frame_to_wire};

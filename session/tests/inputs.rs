@@ -31,13 +31,14 @@ fn body() -> impl Strategy<Value = v1::Body> {
         vec(confidence, 25),
         vec(-1.0f32..1.0, 100),
         any::<bool>(),
+        prop_oneof![Just(Vec::new()), vec(-1.0f32..1.0, 2)],
     );
     parts.prop_map(
-        |(tracking_id, positions, confidences, orientations, turned)| v1::Body {
+        |(tracking_id, positions, confidences, orientations, turned, hands_closed)| v1::Body {
             tracking_id,
             positions,
             confidences,
-            hands_closed: Vec::new(),
+            hands_closed,
             orientations: if turned { orientations } else { Vec::new() },
         },
     )

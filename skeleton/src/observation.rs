@@ -3,7 +3,7 @@
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
-use crate::{AgentTime, JointMap, Sensor, SensorId, Skeleton, Timestamp};
+use crate::{AgentTime, Confidence, JointMap, Sensor, SensorId, Skeleton, Timestamp};
 
 /// One frame of one sensor: every body it saw at `captured`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,4 +34,6 @@ pub struct Body {
     pub skeleton: Skeleton<Sensor>,
     /// Joint orientations (sensor frame from joint frame), where the tracker gives them.
     pub orientations: Option<Box<JointMap<UnitQuaternion<f64>>>>,
+    /// The probability that the left and the right hand is closed, where the tracker tells.
+    pub hands_closed: [Option<Confidence>; 2],
 }

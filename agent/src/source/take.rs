@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use posefuse_session::{DiskStorage, TakeError, TakeReader};
-use posefuse_skeleton::{Body, Joint, JointSet, Observation, RawJoint, SensorInfo};
+use posefuse_skeleton::{Body, Confidence, Joint, JointSet, Observation, RawJoint, SensorInfo};
 use serde::{Deserialize, Serialize};
 
 use super::replay::{RecordedFrame, Replay, ReplayConfig, Tape};
@@ -222,7 +222,7 @@ fn source_body(body: &Body) -> SourceBody {
         tracking_id: body.tracking_id,
         joints: Joint::ALL.into_iter().map(joint).collect(),
         orientations: orientations.unwrap_or_default(),
-        hands_closed: [None; 2],
+        hands_closed: body.hands_closed.map(|closed| closed.map(Confidence::get)),
     }
 }
 

@@ -321,6 +321,7 @@ fn observation(frame: &SimFrame, index: usize, received: Timestamp) -> Observati
                 JointState::measured(joint.position, 0.02, joint.confidence, id(index))
             }),
         orientations: None,
+        hands_closed: [None; 2],
     };
     Observation {
         sensor: id(index),

@@ -120,6 +120,7 @@ pub fn bodies(sensor: SensorId, frame: &WalkFrame) -> Vec<Body> {
             provenance: Provenance::Measured(SensorSet::only(sensor)),
         }),
         orientations: None,
+        hands_closed: [None; 2],
     };
     frame.bodies.iter().map(body).collect()
 }

@@ -16,6 +16,7 @@ fn body(joints: &[(Joint, [f64; 3])]) -> Body {
         tracking_id: 1,
         skeleton: joints.iter().map(|(joint, p)| (*joint, state(p))).collect(),
         orientations: None,
+        hands_closed: [None; 2],
     }
 }
 

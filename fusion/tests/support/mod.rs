@@ -66,6 +66,7 @@ pub(crate) fn observation(frame: &SimFrame, index: usize, received: Timestamp) -
             })
             .collect::<Skeleton<_>>(),
         orientations: None,
+        hands_closed: [None; 2],
     };
     Observation {
         sensor: id(index),

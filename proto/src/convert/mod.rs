@@ -24,6 +24,14 @@ pub enum WireError {
         /// The joint set that was announced.
         joint_set: JointSet,
     },
+    /// There are two hands, or nothing is said of them.
+    #[error("body {body}: `hands_closed` has {found} numbers; it needs 2 (left, right) or none")]
+    Hands {
+        /// Index of the body in its frame.
+        body: usize,
+        /// What there is.
+        found: usize,
+    },
     /// More bodies than any tracker gives.
     #[error("a frame has at most {max} bodies, found {found}", max = Observation::MAX_BODIES)]
     TooManyBodies {

@@ -113,7 +113,28 @@ fn body_from_wire(
         tracking_id: body.tracking_id,
         skeleton,
         orientations,
+        hands_closed: hands_from_wire(&body.hands_closed, index)?,
     })
+}
+
+/// The left and the right hand, as the wire says whether they are closed: empty where neither is known.
+pub fn hands_to_wire(closed: [Option<f32>; 2]) -> Vec<f32> {
+    if closed == [None; 2] {
+        return Vec::new();
+    }
+    closed.map(|closed| closed.unwrap_or(-1.0)).to_vec()
+}
+
+/// A probability that is none is as good as none.
+fn hands_from_wire(closed: &[f32], index: usize) -> Result<[Option<Confidence>; 2], WireError> {
+    match *closed {
+        [] => Ok([None; 2]),
+        [left, right] => Ok([left, right].map(|closed| Confidence::new(closed).ok())),
+        _ => Err(WireError::Hands {
+            body: index,
+            found: closed.len(),
+        }),
+    }
 }
 
 /// A joint whose confidence says nothing is handed on as one that is nowhere, for the gate to reject and count.
@@ -205,6 +226,7 @@ fn canonical_body_to_wire(body: &Body) -> v1::Body {
                 .extend(coordinates.unwrap_or_default().iter().map(|v| *v as f32));
         }
     }
+    wire.hands_closed = hands_to_wire(body.hands_closed.map(|closed| closed.map(Confidence::get)));
     wire
 }
 
@@ -243,7 +265,7 @@ mod tests {
             tracking_id: 7,
             positions: (0..3 * count).map(|i| i as f32 * 0.1).collect(),
             confidences: vec![0.5; count],
-            hands_closed: Vec::new(),
+            hands_closed: vec![-1.0, 0.25],
             orientations: [0.0, 0.6, 0.0, 0.8].repeat(count),
         }
     }
@@ -253,6 +275,8 @@ mod tests {
         for joint_set in JointSet::ALL {
             let bodies = bodies_from_agent(sensor(), joint_set, &[body(joint_set)]).unwrap();
             assert_eq!(bodies[0].skeleton.len(), joint_set.mappings().len());
+            let closed = bodies[0].hands_closed.map(|hand| hand.map(Confidence::get));
+            assert_eq!(closed, [None, Some(0.25)]);
             let seen = Observation {
                 sensor: sensor(),
                 sequence: 9,
@@ -278,6 +302,13 @@ mod tests {
         assert!(
             error.contains("positions") && error.contains("45") && error.contains("nite"),
             "{error}"
+        );
+
+        let mut three_hands = body(JointSet::Nite);
+        three_hands.hands_closed.push(1.0);
+        assert_eq!(
+            bodies_from_agent(sensor(), JointSet::Nite, &[three_hands]),
+            Err(WireError::Hands { body: 0, found: 3 })
         );
 
         let crowd = vec![v1::Body::default(); Observation::MAX_BODIES + 1];

@@ -35,7 +35,11 @@ fn observation(sensor: u32, frame: i64, captured_ns: i64, received_ns: i64) -> W
         tracking_id: 40 + u64::from(sensor),
         positions: positions.collect(),
         confidences: vec![0.75; 25],
-        hands_closed: Vec::new(),
+        hands_closed: if sensor == 1 {
+            vec![0.75, -1.0]
+        } else {
+            Vec::new()
+        },
         orientations: if sensor == 1 {
             [0.0, 0.6, 0.0, 0.8].repeat(25)
         } else {
@@ -132,6 +136,7 @@ fn a_sensor_of_a_take_comes_again_as_it_was() {
             ),
             (25, 25, [0.0, 0.6, 0.0, 0.8])
         );
+        assert_eq!(body.hands_closed, [Some(0.75), None]);
         let raw = body.joints[5].unwrap();
         assert_eq!(raw.position.vector().x as f32, joint_x(1, number as i64, 5));
         assert_eq!((raw.confidence.get(), body.joints[3]), (0.75, None));
