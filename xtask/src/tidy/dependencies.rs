@@ -14,6 +14,8 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("proto", &["skeleton"]),
     ("fusion", &["skeleton", "sgfilter"]),
     ("models", &["skeleton", "fusion"]),
+    ("kinematics", &["skeleton"]),
+    ("export", &["skeleton", "session", "kinematics"]),
     ("bodytrack", &["skeleton", "models"]),
     ("devices", &["skeleton"]),
     ("openni-driver", &["skeleton", "simulator"]),
@@ -58,6 +60,8 @@ const ALL: &[&str] = &[
     "models",
     "bodytrack",
     "devices",
+    "kinematics",
+    "export",
     "simulator",
     "evaluate",
     "session",
@@ -67,7 +71,13 @@ const ALL: &[&str] = &[
 ];
 
 /// Crates that stay pure, and the outside crates that they must not depend on.
-const PURE: [&str; 4] = ["skeleton", "calibration", "fusion", "sgfilter"];
+const PURE: [&str; 5] = [
+    "skeleton",
+    "calibration",
+    "fusion",
+    "sgfilter",
+    "kinematics",
+];
 const IMPURE: [&str; 10] = [
     "tokio",
     "tonic",

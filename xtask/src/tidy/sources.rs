@@ -6,7 +6,13 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 /// Crates in which time, randomness, files and sockets come from outside or not at all.
-const PURE: [&str; 4] = ["skeleton", "calibration", "fusion", "sgfilter"];
+const PURE: [&str; 5] = [
+    "skeleton",
+    "calibration",
+    "fusion",
+    "sgfilter",
+    "kinematics",
+];
 
 /// What may not stand in a pure crate, and why.
 const IMPURE: [(&str, &str); 8] = [
