@@ -62,6 +62,7 @@ pub struct Intrinsics {
 /// A small depth image of a sensor, for the eyes of an operator.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct DepthPreview {
+    /// Filled in by the server.
     #[prost(string, tag = "1")]
     pub sensor: ::prost::alloc::string::String,
     /// The clock of the sensor's agent.
@@ -76,7 +77,8 @@ pub struct DepthPreview {
     pub millimetres: ::prost::alloc::vec::Vec<u8>,
     #[prost(message, optional, tag = "6")]
     pub camera: ::core::option::Option<Intrinsics>,
-    /// The bodies tracked in this very image, joints in the order of the sensor's joint set.
+    /// The bodies tracked in this very image: from an agent with the joints of the sensor's joint set, to a subscriber with
+    /// the 25 canonical ones.
     #[prost(message, repeated, tag = "7")]
     pub bodies: ::prost::alloc::vec::Vec<Body>,
 }
@@ -844,6 +846,14 @@ pub struct SensorStatus {
     /// Its part in the fused people over the last seconds; absent while nobody is seen.
     #[prost(message, optional, tag = "22")]
     pub contribution: ::core::option::Option<Contribution>,
+    /// From where to where it measures, metres; 0: not known.
+    #[prost(double, tag = "23")]
+    pub near_m: f64,
+    #[prost(double, tag = "24")]
+    pub far_m: f64,
+    /// Whether its agent can send depth previews.
+    #[prost(bool, tag = "25")]
+    pub depth_preview: bool,
 }
 /// One sensor against the fusion of the others.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
@@ -1309,6 +1319,158 @@ pub struct MuteSensorRequest {
 }
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct MuteSensorResponse {}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PlanRoomRequest {
+    /// Sensors that are not there.
+    #[prost(message, repeated, tag = "1")]
+    pub planned: ::prost::alloc::vec::Vec<PlannedSensor>,
+    /// Leave out the sensors that the calibration knows.
+    #[prost(bool, tag = "2")]
+    pub planned_only: bool,
+    /// The floor that matters; absent: 4 m by 4 m about where the sensors look.
+    #[prost(message, optional, tag = "3")]
+    pub area: ::core::option::Option<PlanArea>,
+    /// Of which model one more sensor would be; empty: none is suggested.
+    #[prost(string, tag = "4")]
+    pub suggest_model: ::prost::alloc::string::String,
+    /// So many sensors of `suggest_model` are placed one after the other, each where it is of most use, and are part of the
+    /// plan; at most 8.
+    #[prost(uint32, tag = "5")]
+    pub place: u32,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PlannedSensor {
+    /// Unique in the plan.
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    /// One of `RoomPlan.models`, or a device's name that contains one.
+    #[prost(string, tag = "2")]
+    pub model: ::prost::alloc::string::String,
+    /// Room frame, metres.
+    #[prost(message, optional, tag = "3")]
+    pub position: ::core::option::Option<Vector3>,
+    #[prost(message, optional, tag = "4")]
+    pub looks_at: ::core::option::Option<Vector3>,
+}
+/// A rectangle of the floor, metres, room frame.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct PlanArea {
+    #[prost(double, tag = "1")]
+    pub min_x: f64,
+    #[prost(double, tag = "2")]
+    pub max_x: f64,
+    #[prost(double, tag = "3")]
+    pub min_y: f64,
+    #[prost(double, tag = "4")]
+    pub max_y: f64,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RoomPlan {
+    #[prost(message, optional, tag = "1")]
+    pub area: ::core::option::Option<PlanArea>,
+    /// Edge of a cell, metres. Cells run along x first, then along y, from (min_x, min_y) on.
+    #[prost(double, tag = "2")]
+    pub cell_m: f64,
+    #[prost(uint32, tag = "3")]
+    pub columns: u32,
+    #[prost(uint32, tag = "4")]
+    pub rows: u32,
+    /// At 0.2, 1.0 and 1.8 m above the floor.
+    #[prost(message, repeated, tag = "5")]
+    pub layers: ::prost::alloc::vec::Vec<PlanLayer>,
+    /// How many sensors see a person of 1.8 m who stands in the cell from head to foot; one byte a cell.
+    #[prost(message, optional, tag = "6")]
+    pub whole: ::core::option::Option<PlanLayer>,
+    #[prost(message, repeated, tag = "7")]
+    pub sensors: ::prost::alloc::vec::Vec<PlanSensor>,
+    /// Pairs of sensors that can disturb each other, the worst first.
+    #[prost(message, repeated, tag = "8")]
+    pub interferences: ::prost::alloc::vec::Vec<Interference>,
+    /// Absent: none was asked for, or none would be of use (`notes` says so).
+    #[prost(message, optional, tag = "9")]
+    pub suggestion: ::core::option::Option<Suggestion>,
+    /// What to know and what to do, in words.
+    #[prost(string, repeated, tag = "10")]
+    pub notes: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// The models whose view is known.
+    #[prost(string, repeated, tag = "11")]
+    pub models: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PlanLayer {
+    #[prost(double, tag = "1")]
+    pub height_m: f64,
+    /// How many sensors see the cell's middle, one byte a cell.
+    #[prost(bytes = "vec", tag = "2")]
+    pub counts: ::prost::alloc::vec::Vec<u8>,
+    /// Share of the cells that at least one, two and three sensors see.
+    #[prost(double, repeated, tag = "3")]
+    pub shares: ::prost::alloc::vec::Vec<f64>,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PlanSensor {
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    #[prost(string, tag = "2")]
+    pub model: ::prost::alloc::string::String,
+    #[prost(bool, tag = "3")]
+    pub planned: bool,
+    #[prost(message, optional, tag = "4")]
+    pub room_from_sensor: ::core::option::Option<Pose>,
+    #[prost(double, tag = "5")]
+    pub fov_horizontal_deg: f64,
+    #[prost(double, tag = "6")]
+    pub fov_vertical_deg: f64,
+    #[prost(double, tag = "7")]
+    pub near_m: f64,
+    #[prost(double, tag = "8")]
+    pub far_m: f64,
+    /// How it measures: structured-light, time-of-flight, stereo or unknown.
+    #[prost(string, tag = "9")]
+    pub light: ::prost::alloc::string::String,
+    /// View or range are not known, and the usual ones were taken.
+    #[prost(bool, tag = "10")]
+    pub assumed: bool,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Interference {
+    #[prost(string, tag = "1")]
+    pub a: ::prost::alloc::string::String,
+    #[prost(string, tag = "2")]
+    pub b: ::prost::alloc::string::String,
+    /// How much of the one's view, up to 2 m above the floor, the other lights too.
+    #[prost(double, tag = "3")]
+    pub share_of_a: f64,
+    #[prost(double, tag = "4")]
+    pub share_of_b: f64,
+    /// Each stands in the other's view.
+    #[prost(bool, tag = "5")]
+    pub facing: bool,
+    /// strong: holes and wrong depth where both light; mild: a little noise.
+    #[prost(string, tag = "6")]
+    pub severity: ::prost::alloc::string::String,
+    /// What to do, in words, with where that is known from.
+    #[prost(string, tag = "7")]
+    pub advice: ::prost::alloc::string::String,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Suggestion {
+    #[prost(message, optional, tag = "1")]
+    pub sensor: ::core::option::Option<PlanSensor>,
+    #[prost(message, optional, tag = "2")]
+    pub looks_at: ::core::option::Option<Vector3>,
+    /// Share of the area where at least one and two sensors see a whole person, without and with it.
+    #[prost(double, tag = "3")]
+    pub one_before: f64,
+    #[prost(double, tag = "4")]
+    pub one_after: f64,
+    #[prost(double, tag = "5")]
+    pub two_before: f64,
+    #[prost(double, tag = "6")]
+    pub two_after: f64,
+    #[prost(string, tag = "7")]
+    pub words: ::prost::alloc::string::String,
+}
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct GetConfigRequest {}
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
@@ -1597,8 +1759,9 @@ pub mod room_client {
                 .insert(GrpcMethod::new("posefuse.v1.Room", "WatchSensors"));
             self.inner.server_streaming(req, path, codec).await
         }
-        /// Small depth images of one sensor as they come, while somebody watches. FAILED_PRECONDITION: its agent has none to
-        /// give. A subscriber that cannot keep up loses its own.
+        /// Small depth images of one sensor as they come, while somebody watches; their bodies have the 25 canonical joints.
+        /// NOT_FOUND: there is no such sensor; FAILED_PRECONDITION: its agent has none to give. A subscriber that cannot keep
+        /// up gets the newest only. The stream stays open while the agent is away.
         pub async fn watch_depth(
             &mut self,
             request: impl tonic::IntoRequest<super::WatchDepthRequest>,
@@ -2019,6 +2182,28 @@ pub mod room_client {
                 .insert(GrpcMethod::new("posefuse.v1.Room", "MuteSensor"));
             self.inner.unary(req, path, codec).await
         }
+        /// How much of the room its sensors see, which of them disturb each other, and where one more should stand. Sensors
+        /// that are only planned count as if they stood there; nothing is changed by asking.
+        pub async fn plan_room(
+            &mut self,
+            request: impl tonic::IntoRequest<super::PlanRoomRequest>,
+        ) -> std::result::Result<tonic::Response<super::RoomPlan>, tonic::Status> {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/PlanRoom",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut().insert(GrpcMethod::new("posefuse.v1.Room", "PlanRoom"));
+            self.inner.unary(req, path, codec).await
+        }
         /// The configuration in force, as TOML.
         pub async fn get_config(
             &mut self,
@@ -2091,8 +2276,9 @@ pub mod room_server {
             >
             + std::marker::Send
             + 'static;
-        /// Small depth images of one sensor as they come, while somebody watches. FAILED_PRECONDITION: its agent has none to
-        /// give. A subscriber that cannot keep up loses its own.
+        /// Small depth images of one sensor as they come, while somebody watches; their bodies have the 25 canonical joints.
+        /// NOT_FOUND: there is no such sensor; FAILED_PRECONDITION: its agent has none to give. A subscriber that cannot keep
+        /// up gets the newest only. The stream stays open while the agent is away.
         async fn watch_depth(
             &self,
             request: tonic::Request<super::WatchDepthRequest>,
@@ -2211,6 +2397,12 @@ pub mod room_server {
             tonic::Response<super::MuteSensorResponse>,
             tonic::Status,
         >;
+        /// How much of the room its sensors see, which of them disturb each other, and where one more should stand. Sensors
+        /// that are only planned count as if they stood there; nothing is changed by asking.
+        async fn plan_room(
+            &self,
+            request: tonic::Request<super::PlanRoomRequest>,
+        ) -> std::result::Result<tonic::Response<super::RoomPlan>, tonic::Status>;
         /// The configuration in force, as TOML.
         async fn get_config(
             &self,
@@ -3175,6 +3367,49 @@ pub mod room_server {
                     let inner = self.inner.clone();
                     let fut = async move {
                         let method = MuteSensorSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/posefuse.v1.Room/PlanRoom" => {
+                    #[allow(non_camel_case_types)]
+                    struct PlanRoomSvc<T: Room>(pub Arc<T>);
+                    impl<T: Room> tonic::server::UnaryService<super::PlanRoomRequest>
+                    for PlanRoomSvc<T> {
+                        type Response = super::RoomPlan;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::Response>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::PlanRoomRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::plan_room(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = PlanRoomSvc(inner);
                         let codec = tonic_prost::ProstCodec::default();
                         let mut grpc = tonic::server::Grpc::new(codec)
                             .apply_compression_config(

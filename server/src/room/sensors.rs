@@ -95,6 +95,9 @@ pub(super) fn status(
         contribution: view
             .and_then(|view| view.contribution.as_ref())
             .map(contribution),
+        near_m: 0.0,
+        far_m: 0.0,
+        depth_preview: false,
     }
 }
 

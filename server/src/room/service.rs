@@ -191,6 +191,10 @@ impl v1::room_server::Room for RoomService {
             .map(Response::new)
     }
 
+    async fn plan_room(&self, _: Request<v1::PlanRoomRequest>) -> Answer<v1::RoomPlan> {
+        Err(Status::unimplemented("planning is not there yet"))
+    }
+
     async fn get_config(&self, _: Request<v1::GetConfigRequest>) -> Answer<v1::GetConfigResponse> {
         let toml = self.0.config.to_toml();
         Ok(Response::new(v1::GetConfigResponse { toml }))

@@ -6,7 +6,7 @@
 
 import type { GenEnum, GenFile, GenMessage, GenService } from "@bufbuild/protobuf/codegenv2";
 import { enumDesc, fileDesc, messageDesc, serviceDesc } from "@bufbuild/protobuf/codegenv2";
-import type { Calibration, CalibrationSchema, DepthPreviewSchema, Observation, ObservationSchema, Pose, PoseSigma, RoomFrame, RoomFrameSchema, SensorInfo } from "./types_pb";
+import type { Calibration, CalibrationSchema, DepthPreviewSchema, Observation, ObservationSchema, Pose, PoseSigma, RoomFrame, RoomFrameSchema, SensorInfo, Vector3 } from "./types_pb";
 import { file_posefuse_v1_types } from "./types_pb";
 import type { Message } from "@bufbuild/protobuf";
 
@@ -14,7 +14,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file posefuse/v1/room.proto.
  */
 export const file_posefuse_v1_room: GenFile = /*@__PURE__*/
-  fileDesc("ChZwb3NlZnVzZS92MS9yb29tLnByb3RvEgtwb3NlZnVzZS52MSIjCgxXYXRjaFJlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiOwoTV2F0Y2hTZW5zb3JzUmVxdWVzdBIPCgdzZW5zb3JzGAEgAygJEhMKC21heF9yYXRlX2h6GAIgASgBIjgKEVdhdGNoRGVwdGhSZXF1ZXN0Eg4KBnNlbnNvchgBIAEoCRITCgttYXhfcmF0ZV9oehgCIAEoASIpChJXYXRjaFN0YXR1c1JlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiEgoQR2V0U3RhdHVzUmVxdWVzdCL4BgoMU2Vuc29yU3RhdHVzEiUKBGluZm8YASABKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JJbmZvEicKBXN0YXRlGAIgASgOMhgucG9zZWZ1c2UudjEuU2Vuc29yU3RhdGUSEgoKY2FsaWJyYXRlZBgDIAEoCBIwChByb29tX2Zyb21fc2Vuc29yGAQgASgLMhEucG9zZWZ1c2UudjEuUG9zZUgAiAEBEhoKEmZvdl9ob3Jpem9udGFsX2RlZxgFIAEoARIYChBmb3ZfdmVydGljYWxfZGVnGAYgASgBEhkKEWZyYW1lc19wZXJfc2Vjb25kGAcgASgBEhcKCmxhdGVuY3lfbXMYCCABKAFIAYgBARIcCg9jbG9ja19vZmZzZXRfbXMYCSABKAFIAogBARIbCg5jbG9ja19lcnJvcl9tcxgKIAEoAUgDiAEBEhwKD2Nsb2NrX2RyaWZ0X3BwbRgLIAEoAUgEiAEBEhcKD2ZyYW1lc19yZWNlaXZlZBgMIAEoBBITCgtmcmFtZXNfbG9zdBgNIAEoBBI5CghyZWplY3RlZBgOIAMoCzInLnBvc2VmdXNlLnYxLlNlbnNvclN0YXR1cy5SZWplY3RlZEVudHJ5Eg4KBmJvZGllcxgPIAEoDRIYCgtyZXNpZHVhbF9tbRgQIAEoAUgFiAEBEg8KB3Ryb3VibGUYESABKAkSFQoNYWdlbnRfdmVyc2lvbhgSIAEoCRIaCg1hZ2VudF9kcm9wcGVkGBMgASgESAaIAQESDQoFbXV0ZWQYFCABKAgSJgoFZHJpZnQYFSABKAsyEi5wb3NlZnVzZS52MS5EcmlmdEgHiAEBEjQKDGNvbnRyaWJ1dGlvbhgWIAEoCzIZLnBvc2VmdXNlLnYxLkNvbnRyaWJ1dGlvbkgIiAEBGi8KDVJlamVjdGVkRW50cnkSCwoDa2V5GAEgASgJEg0KBXZhbHVlGAIgASgEOgI4AUITChFfcm9vbV9mcm9tX3NlbnNvckINCgtfbGF0ZW5jeV9tc0ISChBfY2xvY2tfb2Zmc2V0X21zQhEKD19jbG9ja19lcnJvcl9tc0ISChBfY2xvY2tfZHJpZnRfcHBtQg4KDF9yZXNpZHVhbF9tbUIQCg5fYWdlbnRfZHJvcHBlZEIICgZfZHJpZnRCDwoNX2NvbnRyaWJ1dGlvbiKTAQoFRHJpZnQSEwoLcmVzaWR1YWxfbW0YASABKAESEAoIdXN1YWxfbW0YAiABKAESEAoIbW92ZWRfbW0YAyABKAESEQoJbW92ZWRfZGVnGAQgASgBEhYKDm1vdmVkX3NpZ21hX21tGAUgASgBEhcKD21vdmVkX3NpZ21hX2RlZxgGIAEoARINCgVhbGFybRgHIAEoCCKyAQoMQ29udHJpYnV0aW9uEg4KBndlaWdodBgBIAEoARIWCg5yZWplY3RlZF9zaGFyZRgCIAEoARIYCgtyZXNpZHVhbF9tbRgDIAEoAUgAiAEBEhUKDWpvaW50X3dlaWdodHMYBCADKAISHQoVam9pbnRfcmVqZWN0ZWRfc2hhcmVzGAUgAygCEhoKEmpvaW50X3Jlc2lkdWFsc19tbRgGIAMoAkIOCgxfcmVzaWR1YWxfbW0ijAQKClJvb21TdGF0dXMSDwoHdGltZV9ucxgBIAEoAxIWCg51bml4X29mZnNldF9ucxgCIAEoAxIWCg5zZXJ2ZXJfdmVyc2lvbhgDIAEoCRIqCgdzZW5zb3JzGAQgAygLMhkucG9zZWZ1c2UudjEuU2Vuc29yU3RhdHVzEg4KBnBlb3BsZRgFIAEoDRIZChFmcmFtZXNfcGVyX3NlY29uZBgGIAEoARIRCgllbmdpbmVfdXMYByABKAESFgoObGF0ZW5jeV9wNTBfbXMYCCABKAESFgoObGF0ZW5jeV9wOTlfbXMYCSABKAESKQoJcmVjb3JkaW5nGAogASgLMhEucG9zZWZ1c2UudjEuVGFrZUgAiAEBEjIKC2NhbGlicmF0aW9uGAsgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAYgBARITCgtjYWxpYnJhdGluZxgMIAEoCBIXCg9kaXNrX2ZyZWVfYnl0ZXMYDSABKAQSEAoIdHJvdWJsZXMYDiADKAkSJgoFc2lua3MYDyADKAsyFy5wb3NlZnVzZS52MS5TaW5rU3RhdHVzEhMKC3Rha2VfZm9sZGVyGBAgASgJEikKBnJlcGFpchgRIAEoCzIZLnBvc2VmdXNlLnYxLlJlcGFpclN0YXR1c0IMCgpfcmVjb3JkaW5nQg4KDF9jYWxpYnJhdGlvbiLAAQoMUmVwYWlyU3RhdHVzEg0KBW1vZGVsGAEgASgJEg8KB3J1bnRpbWUYAiABKAkSEAoIcmVxdWVzdHMYAyABKAQSDwoHYW5zd2VycxgEIAEoBBIMCgRsYXRlGAUgASgEEg4KBmZhaWxlZBgGIAEoBBITCgZwNTBfbXMYByABKAFIAIgBARITCgZwOTlfbXMYCCABKAFIAYgBARIPCgd0cm91YmxlGAkgASgJQgkKB19wNTBfbXNCCQoHX3A5OV9tcyI+CgpTaW5rU3RhdHVzEgwKBG5hbWUYASABKAkSEQoJZGVsaXZlcmVkGAIgASgEEg8KB2Ryb3BwZWQYAyABKAQi5gEKBFRha2USDAoEbmFtZRgBIAEoCRINCgVzbGF0ZRgCIAEoCRINCgVub3RlcxgDIAEoCRIlCgVzdGF0ZRgEIAEoDjIWLnBvc2VmdXNlLnYxLlRha2VTdGF0ZRIPCgdzdGFydGVkGAUgASgJEhMKC2R1cmF0aW9uX25zGAYgASgDEhIKCnNpemVfYnl0ZXMYByABKAQSDgoGZnJhbWVzGAggASgEEg4KBnBlb3BsZRgJIAEoDRIPCgdzZW5zb3JzGAogAygJEg8KB2Ryb3BwZWQYCyABKAQSDwoHdHJvdWJsZRgMIAEoCSI+ChBTdGFydFRha2VSZXF1ZXN0EgwKBG5hbWUYASABKAkSDQoFc2xhdGUYAiABKAkSDQoFbm90ZXMYAyABKAkiEQoPU3RvcFRha2VSZXF1ZXN0IhIKEExpc3RUYWtlc1JlcXVlc3QiNQoRTGlzdFRha2VzUmVzcG9uc2USIAoFdGFrZXMYASADKAsyES5wb3NlZnVzZS52MS5UYWtlIl0KEVVwZGF0ZVRha2VSZXF1ZXN0EgwKBG5hbWUYASABKAkSEgoFc2xhdGUYAiABKAlIAIgBARISCgVub3RlcxgDIAEoCUgBiAEBQggKBl9zbGF0ZUIICgZfbm90ZXMiQgoRUmVwbGF5VGFrZVJlcXVlc3QSDAoEbmFtZRgBIAEoCRIQCghzdGFydF9ucxgCIAEoAxINCgVzcGVlZBgDIAEoASKuAQoLUmVwbGF5RXZlbnQSEQoJb2Zmc2V0X25zGAEgASgDEikKBXN0YXJ0GAIgASgLMhgucG9zZWZ1c2UudjEuUmVwbGF5U3RhcnRIABInCgVmcmFtZRgDIAEoCzIWLnBvc2VmdXNlLnYxLlJvb21GcmFtZUgAEi8KC29ic2VydmF0aW9uGAQgASgLMhgucG9zZWZ1c2UudjEuT2JzZXJ2YXRpb25IAEIHCgVldmVudCKcAQoLUmVwbGF5U3RhcnQSHwoEdGFrZRgBIAEoCzIRLnBvc2VmdXNlLnYxLlRha2USKAoHc2Vuc29ycxgCIAMoCzIXLnBvc2VmdXNlLnYxLlNlbnNvckluZm8SMgoLY2FsaWJyYXRpb24YAyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgAiAEBQg4KDF9jYWxpYnJhdGlvbiI0ChBDYWxpYnJhdGVSZXF1ZXN0Eg8KB3NlY29uZHMYASABKAESDwoHZHJ5X3J1bhgCIAEoCCJ9Cg5DYWxpYnJhdGVFdmVudBIyCghwcm9ncmVzcxgBIAEoCzIeLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVByb2dyZXNzSAASLgoGcmVzdWx0GAIgASgLMhwucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUmVzdWx0SABCBwoFZXZlbnQinwEKEUNhbGlicmF0ZVByb2dyZXNzEhcKD2VsYXBzZWRfc2Vjb25kcxgBIAEoARIVCg10b3RhbF9zZWNvbmRzGAIgASgBEiwKB3NlbnNvcnMYAyADKAsyGy5wb3NlZnVzZS52MS5TZW5zb3JQcm9ncmVzcxINCgVzaGFyZRgEIAEoARIMCgRoaW50GAUgASgJEg8KB3NvbHZpbmcYBiABKAgixwEKDlNlbnNvclByb2dyZXNzEg4KBnNlbnNvchgBIAEoCRIOCgZmcmFtZXMYAiABKAQSDQoFY2VsbHMYAyABKA0SNwoGc2hhcmVkGAQgAygLMicucG9zZWZ1c2UudjEuU2Vuc29yUHJvZ3Jlc3MuU2hhcmVkRW50cnkSDQoFc2hhcmUYBSABKAESDwoHY292ZXJlZBgGIAMoERotCgtTaGFyZWRFbnRyeRILCgNrZXkYASABKAkSDQoFdmFsdWUYAiABKAQ6AjgBIp8CCg9DYWxpYnJhdGVSZXN1bHQSJQoHdmVyZGljdBgBIAEoDjIULnBvc2VmdXNlLnYxLlZlcmRpY3QSDwoHcmVhc29ucxgCIAMoCRIyCgtjYWxpYnJhdGlvbhgDIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uSACIAQESEAoIaW5fZm9yY2UYBCABKAgSKAoFcGFpcnMYBSADKAsyGS5wb3NlZnVzZS52MS5QYWlyUmVzaWR1YWwSKgoHc2Vuc29ycxgGIAMoCzIZLnBvc2VmdXNlLnYxLlNlbnNvclJlc3VsdBIYCgtyYXlfYmlhc19tbRgHIAEoAUgBiAEBQg4KDF9jYWxpYnJhdGlvbkIOCgxfcmF5X2JpYXNfbW0i5AEKDFNlbnNvclJlc3VsdBIOCgZzZW5zb3IYASABKAkSEAoIbWVkaWFuX20YAiABKAESDQoFcDk1X20YAyABKAESDwoHc2FtcGxlcxgEIAEoBBIWCg50aW1lX29mZnNldF9tcxgFIAEoARIcCg9jbG9ja19kcmlmdF9wcG0YBiABKAFIAIgBARISCgpib25lX3NjYWxlGAcgASgBEioKBXNpZ21hGAggASgLMhYucG9zZWZ1c2UudjEuUG9zZVNpZ21hSAGIAQFCEgoQX2Nsb2NrX2RyaWZ0X3BwbUIICgZfc2lnbWEi0gEKDFBhaXJSZXNpZHVhbBIJCgFhGAEgASgJEgkKAWIYAiABKAkSFAoMYmVmb3JlX3Jtc19tGAMgASgBEhYKDmFmdGVyX21lZGlhbl9tGAQgASgBEhMKC2FmdGVyX3A5NV9tGAUgASgBEg8KB3NhbXBsZXMYBiABKAQSFwoPYmVmb3JlX21lZGlhbl9tGAcgASgBEhYKDmFncmVlaW5nX3NoYXJlGAggASgBEhYKDm1pcnJvcmVkX3NoYXJlGAkgASgBEg8KB3dlYWtlc3QYCiABKAgiFwoVR2V0Q2FsaWJyYXRpb25SZXF1ZXN0IkYKFVNldENhbGlicmF0aW9uUmVxdWVzdBItCgtjYWxpYnJhdGlvbhgBIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uIhkKF0xpc3RDYWxpYnJhdGlvbnNSZXF1ZXN0IlAKGExpc3RDYWxpYnJhdGlvbnNSZXNwb25zZRI0CgxjYWxpYnJhdGlvbnMYASADKAsyHi5wb3NlZnVzZS52MS5TdG9yZWRDYWxpYnJhdGlvbiKIAQoRU3RvcmVkQ2FsaWJyYXRpb24SDAoEbmFtZRgBIAEoCRIQCghpbl9mb3JjZRgCIAEoCBIyCgtjYWxpYnJhdGlvbhgDIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uSACIAQESDwoHdHJvdWJsZRgEIAEoCUIOCgxfY2FsaWJyYXRpb24iKQoZUmVzdG9yZUNhbGlicmF0aW9uUmVxdWVzdBIMCgRuYW1lGAEgASgJIjsKGkNvbXBhcmVDYWxpYnJhdGlvbnNSZXF1ZXN0Eg4KBmJlZm9yZRgBIAEoCRINCgVhZnRlchgCIAEoCSJFChtDb21wYXJlQ2FsaWJyYXRpb25zUmVzcG9uc2USJgoFbW92ZXMYASADKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JNb3ZlIp4BCgpTZW5zb3JNb3ZlEg4KBnNlbnNvchgBIAEoCRIVCghtb3ZlZF9tbRgCIAEoAUgAiAEBEhYKCW1vdmVkX2RlZxgDIAEoAUgBiAEBEhUKCG1vdmVkX21zGAQgASgBSAKIAQESEgoKbWlzc2luZ19pbhgFIAEoCUILCglfbW92ZWRfbW1CDAoKX21vdmVkX2RlZ0ILCglfbW92ZWRfbXMiWAoYRXhwb3J0Q2FsaWJyYXRpb25SZXF1ZXN0EgwKBG5hbWUYASABKAkSLgoGZm9ybWF0GAIgASgOMh4ucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25Gb3JtYXQiMgoPQ2FsaWJyYXRpb25GaWxlEhEKCWZpbGVfbmFtZRgBIAEoCRIMCgR0ZXh0GAIgASgJImkKGEltcG9ydENhbGlicmF0aW9uUmVxdWVzdBIMCgR0ZXh0GAEgASgJEi4KBmZvcm1hdBgCIAEoDjIeLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uRm9ybWF0Eg8KB2RyeV9ydW4YAyABKAgiOwoYUmVjYWxpYnJhdGVTZW5zb3JSZXF1ZXN0Eg4KBnNlbnNvchgBIAEoCRIPCgdkcnlfcnVuGAIgASgIIjIKEU11dGVTZW5zb3JSZXF1ZXN0Eg4KBnNlbnNvchgBIAEoCRINCgVtdXRlZBgCIAEoCCIUChJNdXRlU2Vuc29yUmVzcG9uc2UiEgoQR2V0Q29uZmlnUmVxdWVzdCIhChFHZXRDb25maWdSZXNwb25zZRIMCgR0b21sGAEgASgJKnsKC1NlbnNvclN0YXRlEhwKGFNFTlNPUl9TVEFURV9VTlNQRUNJRklFRBAAEhUKEVNFTlNPUl9TVEFURV9MSVZFEAESGAoUU0VOU09SX1NUQVRFX1NUQUxMRUQQAhIdChlTRU5TT1JfU1RBVEVfRElTQ09OTkVDVEVEEAMqjAEKCVRha2VTdGF0ZRIaChZUQUtFX1NUQVRFX1VOU1BFQ0lGSUVEEAASGAoUVEFLRV9TVEFURV9SRUNPUkRJTkcQARIXChNUQUtFX1NUQVRFX0NPTVBMRVRFEAISGAoUVEFLRV9TVEFURV9SRUNPVkVSRUQQAxIWChJUQUtFX1NUQVRFX0RBTUFHRUQQBCpcCgdWZXJkaWN0EhcKE1ZFUkRJQ1RfVU5TUEVDSUZJRUQQABISCg5WRVJESUNUX1BBU1NFRBABEhAKDFZFUkRJQ1RfV0VBSxACEhIKDlZFUkRJQ1RfRkFJTEVEEAMqtgEKEUNhbGlicmF0aW9uRm9ybWF0EiIKHkNBTElCUkFUSU9OX0ZPUk1BVF9VTlNQRUNJRklFRBAAEhsKF0NBTElCUkFUSU9OX0ZPUk1BVF9UT01MEAESGwoXQ0FMSUJSQVRJT05fRk9STUFUX0pTT04QAhIfChtDQUxJQlJBVElPTl9GT1JNQVRfVEYyX1lBTUwQAxIiCh5DQUxJQlJBVElPTl9GT1JNQVRfT1BFTkNWX1lBTUwQBDLzDAoEUm9vbRI8CgVXYXRjaBIZLnBvc2VmdXNlLnYxLldhdGNoUmVxdWVzdBoWLnBvc2VmdXNlLnYxLlJvb21GcmFtZTABEkwKDFdhdGNoU2Vuc29ycxIgLnBvc2VmdXNlLnYxLldhdGNoU2Vuc29yc1JlcXVlc3QaGC5wb3NlZnVzZS52MS5PYnNlcnZhdGlvbjABEkkKCldhdGNoRGVwdGgSHi5wb3NlZnVzZS52MS5XYXRjaERlcHRoUmVxdWVzdBoZLnBvc2VmdXNlLnYxLkRlcHRoUHJldmlldzABEkkKC1dhdGNoU3RhdHVzEh8ucG9zZWZ1c2UudjEuV2F0Y2hTdGF0dXNSZXF1ZXN0GhcucG9zZWZ1c2UudjEuUm9vbVN0YXR1czABEkMKCUdldFN0YXR1cxIdLnBvc2VmdXNlLnYxLkdldFN0YXR1c1JlcXVlc3QaFy5wb3NlZnVzZS52MS5Sb29tU3RhdHVzEj0KCVN0YXJ0VGFrZRIdLnBvc2VmdXNlLnYxLlN0YXJ0VGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEjsKCFN0b3BUYWtlEhwucG9zZWZ1c2UudjEuU3RvcFRha2VSZXF1ZXN0GhEucG9zZWZ1c2UudjEuVGFrZRJKCglMaXN0VGFrZXMSHS5wb3NlZnVzZS52MS5MaXN0VGFrZXNSZXF1ZXN0Gh4ucG9zZWZ1c2UudjEuTGlzdFRha2VzUmVzcG9uc2USSAoKUmVwbGF5VGFrZRIeLnBvc2VmdXNlLnYxLlJlcGxheVRha2VSZXF1ZXN0GhgucG9zZWZ1c2UudjEuUmVwbGF5RXZlbnQwARI/CgpVcGRhdGVUYWtlEh4ucG9zZWZ1c2UudjEuVXBkYXRlVGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEkkKCUNhbGlicmF0ZRIdLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVJlcXVlc3QaGy5wb3NlZnVzZS52MS5DYWxpYnJhdGVFdmVudDABEk4KDkdldENhbGlicmF0aW9uEiIucG9zZWZ1c2UudjEuR2V0Q2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24STgoOU2V0Q2FsaWJyYXRpb24SIi5wb3NlZnVzZS52MS5TZXRDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJfChBMaXN0Q2FsaWJyYXRpb25zEiQucG9zZWZ1c2UudjEuTGlzdENhbGlicmF0aW9uc1JlcXVlc3QaJS5wb3NlZnVzZS52MS5MaXN0Q2FsaWJyYXRpb25zUmVzcG9uc2USVgoSUmVzdG9yZUNhbGlicmF0aW9uEiYucG9zZWZ1c2UudjEuUmVzdG9yZUNhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uEmgKE0NvbXBhcmVDYWxpYnJhdGlvbnMSJy5wb3NlZnVzZS52MS5Db21wYXJlQ2FsaWJyYXRpb25zUmVxdWVzdBooLnBvc2VmdXNlLnYxLkNvbXBhcmVDYWxpYnJhdGlvbnNSZXNwb25zZRJYChFFeHBvcnRDYWxpYnJhdGlvbhIlLnBvc2VmdXNlLnYxLkV4cG9ydENhbGlicmF0aW9uUmVxdWVzdBocLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uRmlsZRJUChFJbXBvcnRDYWxpYnJhdGlvbhIlLnBvc2VmdXNlLnYxLkltcG9ydENhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uElgKEVJlY2FsaWJyYXRlU2Vuc29yEiUucG9zZWZ1c2UudjEuUmVjYWxpYnJhdGVTZW5zb3JSZXF1ZXN0GhwucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUmVzdWx0Ek0KCk11dGVTZW5zb3ISHi5wb3NlZnVzZS52MS5NdXRlU2Vuc29yUmVxdWVzdBofLnBvc2VmdXNlLnYxLk11dGVTZW5zb3JSZXNwb25zZRJKCglHZXRDb25maWcSHS5wb3NlZnVzZS52MS5HZXRDb25maWdSZXF1ZXN0Gh4ucG9zZWZ1c2UudjEuR2V0Q29uZmlnUmVzcG9uc2ViBnByb3RvMw", [file_posefuse_v1_types]);
+  fileDesc("ChZwb3NlZnVzZS92MS9yb29tLnByb3RvEgtwb3NlZnVzZS52MSIjCgxXYXRjaFJlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiOwoTV2F0Y2hTZW5zb3JzUmVxdWVzdBIPCgdzZW5zb3JzGAEgAygJEhMKC21heF9yYXRlX2h6GAIgASgBIjgKEVdhdGNoRGVwdGhSZXF1ZXN0Eg4KBnNlbnNvchgBIAEoCRITCgttYXhfcmF0ZV9oehgCIAEoASIpChJXYXRjaFN0YXR1c1JlcXVlc3QSEwoLbWF4X3JhdGVfaHoYASABKAEiEgoQR2V0U3RhdHVzUmVxdWVzdCKuBwoMU2Vuc29yU3RhdHVzEiUKBGluZm8YASABKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JJbmZvEicKBXN0YXRlGAIgASgOMhgucG9zZWZ1c2UudjEuU2Vuc29yU3RhdGUSEgoKY2FsaWJyYXRlZBgDIAEoCBIwChByb29tX2Zyb21fc2Vuc29yGAQgASgLMhEucG9zZWZ1c2UudjEuUG9zZUgAiAEBEhoKEmZvdl9ob3Jpem9udGFsX2RlZxgFIAEoARIYChBmb3ZfdmVydGljYWxfZGVnGAYgASgBEhkKEWZyYW1lc19wZXJfc2Vjb25kGAcgASgBEhcKCmxhdGVuY3lfbXMYCCABKAFIAYgBARIcCg9jbG9ja19vZmZzZXRfbXMYCSABKAFIAogBARIbCg5jbG9ja19lcnJvcl9tcxgKIAEoAUgDiAEBEhwKD2Nsb2NrX2RyaWZ0X3BwbRgLIAEoAUgEiAEBEhcKD2ZyYW1lc19yZWNlaXZlZBgMIAEoBBITCgtmcmFtZXNfbG9zdBgNIAEoBBI5CghyZWplY3RlZBgOIAMoCzInLnBvc2VmdXNlLnYxLlNlbnNvclN0YXR1cy5SZWplY3RlZEVudHJ5Eg4KBmJvZGllcxgPIAEoDRIYCgtyZXNpZHVhbF9tbRgQIAEoAUgFiAEBEg8KB3Ryb3VibGUYESABKAkSFQoNYWdlbnRfdmVyc2lvbhgSIAEoCRIaCg1hZ2VudF9kcm9wcGVkGBMgASgESAaIAQESDQoFbXV0ZWQYFCABKAgSJgoFZHJpZnQYFSABKAsyEi5wb3NlZnVzZS52MS5EcmlmdEgHiAEBEjQKDGNvbnRyaWJ1dGlvbhgWIAEoCzIZLnBvc2VmdXNlLnYxLkNvbnRyaWJ1dGlvbkgIiAEBEg4KBm5lYXJfbRgXIAEoARINCgVmYXJfbRgYIAEoARIVCg1kZXB0aF9wcmV2aWV3GBkgASgIGi8KDVJlamVjdGVkRW50cnkSCwoDa2V5GAEgASgJEg0KBXZhbHVlGAIgASgEOgI4AUITChFfcm9vbV9mcm9tX3NlbnNvckINCgtfbGF0ZW5jeV9tc0ISChBfY2xvY2tfb2Zmc2V0X21zQhEKD19jbG9ja19lcnJvcl9tc0ISChBfY2xvY2tfZHJpZnRfcHBtQg4KDF9yZXNpZHVhbF9tbUIQCg5fYWdlbnRfZHJvcHBlZEIICgZfZHJpZnRCDwoNX2NvbnRyaWJ1dGlvbiKTAQoFRHJpZnQSEwoLcmVzaWR1YWxfbW0YASABKAESEAoIdXN1YWxfbW0YAiABKAESEAoIbW92ZWRfbW0YAyABKAESEQoJbW92ZWRfZGVnGAQgASgBEhYKDm1vdmVkX3NpZ21hX21tGAUgASgBEhcKD21vdmVkX3NpZ21hX2RlZxgGIAEoARINCgVhbGFybRgHIAEoCCKyAQoMQ29udHJpYnV0aW9uEg4KBndlaWdodBgBIAEoARIWCg5yZWplY3RlZF9zaGFyZRgCIAEoARIYCgtyZXNpZHVhbF9tbRgDIAEoAUgAiAEBEhUKDWpvaW50X3dlaWdodHMYBCADKAISHQoVam9pbnRfcmVqZWN0ZWRfc2hhcmVzGAUgAygCEhoKEmpvaW50X3Jlc2lkdWFsc19tbRgGIAMoAkIOCgxfcmVzaWR1YWxfbW0ijAQKClJvb21TdGF0dXMSDwoHdGltZV9ucxgBIAEoAxIWCg51bml4X29mZnNldF9ucxgCIAEoAxIWCg5zZXJ2ZXJfdmVyc2lvbhgDIAEoCRIqCgdzZW5zb3JzGAQgAygLMhkucG9zZWZ1c2UudjEuU2Vuc29yU3RhdHVzEg4KBnBlb3BsZRgFIAEoDRIZChFmcmFtZXNfcGVyX3NlY29uZBgGIAEoARIRCgllbmdpbmVfdXMYByABKAESFgoObGF0ZW5jeV9wNTBfbXMYCCABKAESFgoObGF0ZW5jeV9wOTlfbXMYCSABKAESKQoJcmVjb3JkaW5nGAogASgLMhEucG9zZWZ1c2UudjEuVGFrZUgAiAEBEjIKC2NhbGlicmF0aW9uGAsgASgLMhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25IAYgBARITCgtjYWxpYnJhdGluZxgMIAEoCBIXCg9kaXNrX2ZyZWVfYnl0ZXMYDSABKAQSEAoIdHJvdWJsZXMYDiADKAkSJgoFc2lua3MYDyADKAsyFy5wb3NlZnVzZS52MS5TaW5rU3RhdHVzEhMKC3Rha2VfZm9sZGVyGBAgASgJEikKBnJlcGFpchgRIAEoCzIZLnBvc2VmdXNlLnYxLlJlcGFpclN0YXR1c0IMCgpfcmVjb3JkaW5nQg4KDF9jYWxpYnJhdGlvbiLAAQoMUmVwYWlyU3RhdHVzEg0KBW1vZGVsGAEgASgJEg8KB3J1bnRpbWUYAiABKAkSEAoIcmVxdWVzdHMYAyABKAQSDwoHYW5zd2VycxgEIAEoBBIMCgRsYXRlGAUgASgEEg4KBmZhaWxlZBgGIAEoBBITCgZwNTBfbXMYByABKAFIAIgBARITCgZwOTlfbXMYCCABKAFIAYgBARIPCgd0cm91YmxlGAkgASgJQgkKB19wNTBfbXNCCQoHX3A5OV9tcyI+CgpTaW5rU3RhdHVzEgwKBG5hbWUYASABKAkSEQoJZGVsaXZlcmVkGAIgASgEEg8KB2Ryb3BwZWQYAyABKAQi5gEKBFRha2USDAoEbmFtZRgBIAEoCRINCgVzbGF0ZRgCIAEoCRINCgVub3RlcxgDIAEoCRIlCgVzdGF0ZRgEIAEoDjIWLnBvc2VmdXNlLnYxLlRha2VTdGF0ZRIPCgdzdGFydGVkGAUgASgJEhMKC2R1cmF0aW9uX25zGAYgASgDEhIKCnNpemVfYnl0ZXMYByABKAQSDgoGZnJhbWVzGAggASgEEg4KBnBlb3BsZRgJIAEoDRIPCgdzZW5zb3JzGAogAygJEg8KB2Ryb3BwZWQYCyABKAQSDwoHdHJvdWJsZRgMIAEoCSI+ChBTdGFydFRha2VSZXF1ZXN0EgwKBG5hbWUYASABKAkSDQoFc2xhdGUYAiABKAkSDQoFbm90ZXMYAyABKAkiEQoPU3RvcFRha2VSZXF1ZXN0IhIKEExpc3RUYWtlc1JlcXVlc3QiNQoRTGlzdFRha2VzUmVzcG9uc2USIAoFdGFrZXMYASADKAsyES5wb3NlZnVzZS52MS5UYWtlIl0KEVVwZGF0ZVRha2VSZXF1ZXN0EgwKBG5hbWUYASABKAkSEgoFc2xhdGUYAiABKAlIAIgBARISCgVub3RlcxgDIAEoCUgBiAEBQggKBl9zbGF0ZUIICgZfbm90ZXMiQgoRUmVwbGF5VGFrZVJlcXVlc3QSDAoEbmFtZRgBIAEoCRIQCghzdGFydF9ucxgCIAEoAxINCgVzcGVlZBgDIAEoASKuAQoLUmVwbGF5RXZlbnQSEQoJb2Zmc2V0X25zGAEgASgDEikKBXN0YXJ0GAIgASgLMhgucG9zZWZ1c2UudjEuUmVwbGF5U3RhcnRIABInCgVmcmFtZRgDIAEoCzIWLnBvc2VmdXNlLnYxLlJvb21GcmFtZUgAEi8KC29ic2VydmF0aW9uGAQgASgLMhgucG9zZWZ1c2UudjEuT2JzZXJ2YXRpb25IAEIHCgVldmVudCKcAQoLUmVwbGF5U3RhcnQSHwoEdGFrZRgBIAEoCzIRLnBvc2VmdXNlLnYxLlRha2USKAoHc2Vuc29ycxgCIAMoCzIXLnBvc2VmdXNlLnYxLlNlbnNvckluZm8SMgoLY2FsaWJyYXRpb24YAyABKAsyGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbkgAiAEBQg4KDF9jYWxpYnJhdGlvbiI0ChBDYWxpYnJhdGVSZXF1ZXN0Eg8KB3NlY29uZHMYASABKAESDwoHZHJ5X3J1bhgCIAEoCCJ9Cg5DYWxpYnJhdGVFdmVudBIyCghwcm9ncmVzcxgBIAEoCzIeLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVByb2dyZXNzSAASLgoGcmVzdWx0GAIgASgLMhwucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUmVzdWx0SABCBwoFZXZlbnQinwEKEUNhbGlicmF0ZVByb2dyZXNzEhcKD2VsYXBzZWRfc2Vjb25kcxgBIAEoARIVCg10b3RhbF9zZWNvbmRzGAIgASgBEiwKB3NlbnNvcnMYAyADKAsyGy5wb3NlZnVzZS52MS5TZW5zb3JQcm9ncmVzcxINCgVzaGFyZRgEIAEoARIMCgRoaW50GAUgASgJEg8KB3NvbHZpbmcYBiABKAgixwEKDlNlbnNvclByb2dyZXNzEg4KBnNlbnNvchgBIAEoCRIOCgZmcmFtZXMYAiABKAQSDQoFY2VsbHMYAyABKA0SNwoGc2hhcmVkGAQgAygLMicucG9zZWZ1c2UudjEuU2Vuc29yUHJvZ3Jlc3MuU2hhcmVkRW50cnkSDQoFc2hhcmUYBSABKAESDwoHY292ZXJlZBgGIAMoERotCgtTaGFyZWRFbnRyeRILCgNrZXkYASABKAkSDQoFdmFsdWUYAiABKAQ6AjgBIp8CCg9DYWxpYnJhdGVSZXN1bHQSJQoHdmVyZGljdBgBIAEoDjIULnBvc2VmdXNlLnYxLlZlcmRpY3QSDwoHcmVhc29ucxgCIAMoCRIyCgtjYWxpYnJhdGlvbhgDIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uSACIAQESEAoIaW5fZm9yY2UYBCABKAgSKAoFcGFpcnMYBSADKAsyGS5wb3NlZnVzZS52MS5QYWlyUmVzaWR1YWwSKgoHc2Vuc29ycxgGIAMoCzIZLnBvc2VmdXNlLnYxLlNlbnNvclJlc3VsdBIYCgtyYXlfYmlhc19tbRgHIAEoAUgBiAEBQg4KDF9jYWxpYnJhdGlvbkIOCgxfcmF5X2JpYXNfbW0i5AEKDFNlbnNvclJlc3VsdBIOCgZzZW5zb3IYASABKAkSEAoIbWVkaWFuX20YAiABKAESDQoFcDk1X20YAyABKAESDwoHc2FtcGxlcxgEIAEoBBIWCg50aW1lX29mZnNldF9tcxgFIAEoARIcCg9jbG9ja19kcmlmdF9wcG0YBiABKAFIAIgBARISCgpib25lX3NjYWxlGAcgASgBEioKBXNpZ21hGAggASgLMhYucG9zZWZ1c2UudjEuUG9zZVNpZ21hSAGIAQFCEgoQX2Nsb2NrX2RyaWZ0X3BwbUIICgZfc2lnbWEi0gEKDFBhaXJSZXNpZHVhbBIJCgFhGAEgASgJEgkKAWIYAiABKAkSFAoMYmVmb3JlX3Jtc19tGAMgASgBEhYKDmFmdGVyX21lZGlhbl9tGAQgASgBEhMKC2FmdGVyX3A5NV9tGAUgASgBEg8KB3NhbXBsZXMYBiABKAQSFwoPYmVmb3JlX21lZGlhbl9tGAcgASgBEhYKDmFncmVlaW5nX3NoYXJlGAggASgBEhYKDm1pcnJvcmVkX3NoYXJlGAkgASgBEg8KB3dlYWtlc3QYCiABKAgiFwoVR2V0Q2FsaWJyYXRpb25SZXF1ZXN0IkYKFVNldENhbGlicmF0aW9uUmVxdWVzdBItCgtjYWxpYnJhdGlvbhgBIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uIhkKF0xpc3RDYWxpYnJhdGlvbnNSZXF1ZXN0IlAKGExpc3RDYWxpYnJhdGlvbnNSZXNwb25zZRI0CgxjYWxpYnJhdGlvbnMYASADKAsyHi5wb3NlZnVzZS52MS5TdG9yZWRDYWxpYnJhdGlvbiKIAQoRU3RvcmVkQ2FsaWJyYXRpb24SDAoEbmFtZRgBIAEoCRIQCghpbl9mb3JjZRgCIAEoCBIyCgtjYWxpYnJhdGlvbhgDIAEoCzIYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uSACIAQESDwoHdHJvdWJsZRgEIAEoCUIOCgxfY2FsaWJyYXRpb24iKQoZUmVzdG9yZUNhbGlicmF0aW9uUmVxdWVzdBIMCgRuYW1lGAEgASgJIjsKGkNvbXBhcmVDYWxpYnJhdGlvbnNSZXF1ZXN0Eg4KBmJlZm9yZRgBIAEoCRINCgVhZnRlchgCIAEoCSJFChtDb21wYXJlQ2FsaWJyYXRpb25zUmVzcG9uc2USJgoFbW92ZXMYASADKAsyFy5wb3NlZnVzZS52MS5TZW5zb3JNb3ZlIp4BCgpTZW5zb3JNb3ZlEg4KBnNlbnNvchgBIAEoCRIVCghtb3ZlZF9tbRgCIAEoAUgAiAEBEhYKCW1vdmVkX2RlZxgDIAEoAUgBiAEBEhUKCG1vdmVkX21zGAQgASgBSAKIAQESEgoKbWlzc2luZ19pbhgFIAEoCUILCglfbW92ZWRfbW1CDAoKX21vdmVkX2RlZ0ILCglfbW92ZWRfbXMiWAoYRXhwb3J0Q2FsaWJyYXRpb25SZXF1ZXN0EgwKBG5hbWUYASABKAkSLgoGZm9ybWF0GAIgASgOMh4ucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb25Gb3JtYXQiMgoPQ2FsaWJyYXRpb25GaWxlEhEKCWZpbGVfbmFtZRgBIAEoCRIMCgR0ZXh0GAIgASgJImkKGEltcG9ydENhbGlicmF0aW9uUmVxdWVzdBIMCgR0ZXh0GAEgASgJEi4KBmZvcm1hdBgCIAEoDjIeLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uRm9ybWF0Eg8KB2RyeV9ydW4YAyABKAgiOwoYUmVjYWxpYnJhdGVTZW5zb3JSZXF1ZXN0Eg4KBnNlbnNvchgBIAEoCRIPCgdkcnlfcnVuGAIgASgIIjIKEU11dGVTZW5zb3JSZXF1ZXN0Eg4KBnNlbnNvchgBIAEoCRINCgVtdXRlZBgCIAEoCCIUChJNdXRlU2Vuc29yUmVzcG9uc2UirQEKD1BsYW5Sb29tUmVxdWVzdBIrCgdwbGFubmVkGAEgAygLMhoucG9zZWZ1c2UudjEuUGxhbm5lZFNlbnNvchIUCgxwbGFubmVkX29ubHkYAiABKAgSKAoEYXJlYRgDIAEoCzIVLnBvc2VmdXNlLnYxLlBsYW5BcmVhSACIAQESFQoNc3VnZ2VzdF9tb2RlbBgEIAEoCRINCgVwbGFjZRgFIAEoDUIHCgVfYXJlYSJ8Cg1QbGFubmVkU2Vuc29yEgwKBG5hbWUYASABKAkSDQoFbW9kZWwYAiABKAkSJgoIcG9zaXRpb24YAyABKAsyFC5wb3NlZnVzZS52MS5WZWN0b3IzEiYKCGxvb2tzX2F0GAQgASgLMhQucG9zZWZ1c2UudjEuVmVjdG9yMyJGCghQbGFuQXJlYRINCgVtaW5feBgBIAEoARINCgVtYXhfeBgCIAEoARINCgVtaW5feRgDIAEoARINCgVtYXhfeRgEIAEoASLpAgoIUm9vbVBsYW4SIwoEYXJlYRgBIAEoCzIVLnBvc2VmdXNlLnYxLlBsYW5BcmVhEg4KBmNlbGxfbRgCIAEoARIPCgdjb2x1bW5zGAMgASgNEgwKBHJvd3MYBCABKA0SJgoGbGF5ZXJzGAUgAygLMhYucG9zZWZ1c2UudjEuUGxhbkxheWVyEiUKBXdob2xlGAYgASgLMhYucG9zZWZ1c2UudjEuUGxhbkxheWVyEigKB3NlbnNvcnMYByADKAsyFy5wb3NlZnVzZS52MS5QbGFuU2Vuc29yEjAKDWludGVyZmVyZW5jZXMYCCADKAsyGS5wb3NlZnVzZS52MS5JbnRlcmZlcmVuY2USMAoKc3VnZ2VzdGlvbhgJIAEoCzIXLnBvc2VmdXNlLnYxLlN1Z2dlc3Rpb25IAIgBARINCgVub3RlcxgKIAMoCRIOCgZtb2RlbHMYCyADKAlCDQoLX3N1Z2dlc3Rpb24iPQoJUGxhbkxheWVyEhAKCGhlaWdodF9tGAEgASgBEg4KBmNvdW50cxgCIAEoDBIOCgZzaGFyZXMYAyADKAEi3AEKClBsYW5TZW5zb3ISDAoEbmFtZRgBIAEoCRINCgVtb2RlbBgCIAEoCRIPCgdwbGFubmVkGAMgASgIEisKEHJvb21fZnJvbV9zZW5zb3IYBCABKAsyES5wb3NlZnVzZS52MS5Qb3NlEhoKEmZvdl9ob3Jpem9udGFsX2RlZxgFIAEoARIYChBmb3ZfdmVydGljYWxfZGVnGAYgASgBEg4KBm5lYXJfbRgHIAEoARINCgVmYXJfbRgIIAEoARINCgVsaWdodBgJIAEoCRIPCgdhc3N1bWVkGAogASgIIn4KDEludGVyZmVyZW5jZRIJCgFhGAEgASgJEgkKAWIYAiABKAkSEgoKc2hhcmVfb2ZfYRgDIAEoARISCgpzaGFyZV9vZl9iGAQgASgBEg4KBmZhY2luZxgFIAEoCBIQCghzZXZlcml0eRgGIAEoCRIOCgZhZHZpY2UYByABKAkiugEKClN1Z2dlc3Rpb24SJwoGc2Vuc29yGAEgASgLMhcucG9zZWZ1c2UudjEuUGxhblNlbnNvchImCghsb29rc19hdBgCIAEoCzIULnBvc2VmdXNlLnYxLlZlY3RvcjMSEgoKb25lX2JlZm9yZRgDIAEoARIRCglvbmVfYWZ0ZXIYBCABKAESEgoKdHdvX2JlZm9yZRgFIAEoARIRCgl0d29fYWZ0ZXIYBiABKAESDQoFd29yZHMYByABKAkiEgoQR2V0Q29uZmlnUmVxdWVzdCIhChFHZXRDb25maWdSZXNwb25zZRIMCgR0b21sGAEgASgJKnsKC1NlbnNvclN0YXRlEhwKGFNFTlNPUl9TVEFURV9VTlNQRUNJRklFRBAAEhUKEVNFTlNPUl9TVEFURV9MSVZFEAESGAoUU0VOU09SX1NUQVRFX1NUQUxMRUQQAhIdChlTRU5TT1JfU1RBVEVfRElTQ09OTkVDVEVEEAMqjAEKCVRha2VTdGF0ZRIaChZUQUtFX1NUQVRFX1VOU1BFQ0lGSUVEEAASGAoUVEFLRV9TVEFURV9SRUNPUkRJTkcQARIXChNUQUtFX1NUQVRFX0NPTVBMRVRFEAISGAoUVEFLRV9TVEFURV9SRUNPVkVSRUQQAxIWChJUQUtFX1NUQVRFX0RBTUFHRUQQBCpcCgdWZXJkaWN0EhcKE1ZFUkRJQ1RfVU5TUEVDSUZJRUQQABISCg5WRVJESUNUX1BBU1NFRBABEhAKDFZFUkRJQ1RfV0VBSxACEhIKDlZFUkRJQ1RfRkFJTEVEEAMqtgEKEUNhbGlicmF0aW9uRm9ybWF0EiIKHkNBTElCUkFUSU9OX0ZPUk1BVF9VTlNQRUNJRklFRBAAEhsKF0NBTElCUkFUSU9OX0ZPUk1BVF9UT01MEAESGwoXQ0FMSUJSQVRJT05fRk9STUFUX0pTT04QAhIfChtDQUxJQlJBVElPTl9GT1JNQVRfVEYyX1lBTUwQAxIiCh5DQUxJQlJBVElPTl9GT1JNQVRfT1BFTkNWX1lBTUwQBDK0DQoEUm9vbRI8CgVXYXRjaBIZLnBvc2VmdXNlLnYxLldhdGNoUmVxdWVzdBoWLnBvc2VmdXNlLnYxLlJvb21GcmFtZTABEkwKDFdhdGNoU2Vuc29ycxIgLnBvc2VmdXNlLnYxLldhdGNoU2Vuc29yc1JlcXVlc3QaGC5wb3NlZnVzZS52MS5PYnNlcnZhdGlvbjABEkkKCldhdGNoRGVwdGgSHi5wb3NlZnVzZS52MS5XYXRjaERlcHRoUmVxdWVzdBoZLnBvc2VmdXNlLnYxLkRlcHRoUHJldmlldzABEkkKC1dhdGNoU3RhdHVzEh8ucG9zZWZ1c2UudjEuV2F0Y2hTdGF0dXNSZXF1ZXN0GhcucG9zZWZ1c2UudjEuUm9vbVN0YXR1czABEkMKCUdldFN0YXR1cxIdLnBvc2VmdXNlLnYxLkdldFN0YXR1c1JlcXVlc3QaFy5wb3NlZnVzZS52MS5Sb29tU3RhdHVzEj0KCVN0YXJ0VGFrZRIdLnBvc2VmdXNlLnYxLlN0YXJ0VGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEjsKCFN0b3BUYWtlEhwucG9zZWZ1c2UudjEuU3RvcFRha2VSZXF1ZXN0GhEucG9zZWZ1c2UudjEuVGFrZRJKCglMaXN0VGFrZXMSHS5wb3NlZnVzZS52MS5MaXN0VGFrZXNSZXF1ZXN0Gh4ucG9zZWZ1c2UudjEuTGlzdFRha2VzUmVzcG9uc2USSAoKUmVwbGF5VGFrZRIeLnBvc2VmdXNlLnYxLlJlcGxheVRha2VSZXF1ZXN0GhgucG9zZWZ1c2UudjEuUmVwbGF5RXZlbnQwARI/CgpVcGRhdGVUYWtlEh4ucG9zZWZ1c2UudjEuVXBkYXRlVGFrZVJlcXVlc3QaES5wb3NlZnVzZS52MS5UYWtlEkkKCUNhbGlicmF0ZRIdLnBvc2VmdXNlLnYxLkNhbGlicmF0ZVJlcXVlc3QaGy5wb3NlZnVzZS52MS5DYWxpYnJhdGVFdmVudDABEk4KDkdldENhbGlicmF0aW9uEiIucG9zZWZ1c2UudjEuR2V0Q2FsaWJyYXRpb25SZXF1ZXN0GhgucG9zZWZ1c2UudjEuQ2FsaWJyYXRpb24STgoOU2V0Q2FsaWJyYXRpb24SIi5wb3NlZnVzZS52MS5TZXRDYWxpYnJhdGlvblJlcXVlc3QaGC5wb3NlZnVzZS52MS5DYWxpYnJhdGlvbhJfChBMaXN0Q2FsaWJyYXRpb25zEiQucG9zZWZ1c2UudjEuTGlzdENhbGlicmF0aW9uc1JlcXVlc3QaJS5wb3NlZnVzZS52MS5MaXN0Q2FsaWJyYXRpb25zUmVzcG9uc2USVgoSUmVzdG9yZUNhbGlicmF0aW9uEiYucG9zZWZ1c2UudjEuUmVzdG9yZUNhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uEmgKE0NvbXBhcmVDYWxpYnJhdGlvbnMSJy5wb3NlZnVzZS52MS5Db21wYXJlQ2FsaWJyYXRpb25zUmVxdWVzdBooLnBvc2VmdXNlLnYxLkNvbXBhcmVDYWxpYnJhdGlvbnNSZXNwb25zZRJYChFFeHBvcnRDYWxpYnJhdGlvbhIlLnBvc2VmdXNlLnYxLkV4cG9ydENhbGlicmF0aW9uUmVxdWVzdBocLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uRmlsZRJUChFJbXBvcnRDYWxpYnJhdGlvbhIlLnBvc2VmdXNlLnYxLkltcG9ydENhbGlicmF0aW9uUmVxdWVzdBoYLnBvc2VmdXNlLnYxLkNhbGlicmF0aW9uElgKEVJlY2FsaWJyYXRlU2Vuc29yEiUucG9zZWZ1c2UudjEuUmVjYWxpYnJhdGVTZW5zb3JSZXF1ZXN0GhwucG9zZWZ1c2UudjEuQ2FsaWJyYXRlUmVzdWx0Ek0KCk11dGVTZW5zb3ISHi5wb3NlZnVzZS52MS5NdXRlU2Vuc29yUmVxdWVzdBofLnBvc2VmdXNlLnYxLk11dGVTZW5zb3JSZXNwb25zZRI/CghQbGFuUm9vbRIcLnBvc2VmdXNlLnYxLlBsYW5Sb29tUmVxdWVzdBoVLnBvc2VmdXNlLnYxLlJvb21QbGFuEkoKCUdldENvbmZpZxIdLnBvc2VmdXNlLnYxLkdldENvbmZpZ1JlcXVlc3QaHi5wb3NlZnVzZS52MS5HZXRDb25maWdSZXNwb25zZWIGcHJvdG8z", [file_posefuse_v1_types]);
 
 /**
  * @generated from message posefuse.v1.WatchRequest
@@ -260,6 +260,25 @@ export type SensorStatus = Message<"posefuse.v1.SensorStatus"> & {
    * @generated from field: optional posefuse.v1.Contribution contribution = 22;
    */
   contribution?: Contribution | undefined;
+
+  /**
+   * From where to where it measures, metres; 0: not known.
+   *
+   * @generated from field: double near_m = 23;
+   */
+  nearM: number;
+
+  /**
+   * @generated from field: double far_m = 24;
+   */
+  farM: number;
+
+  /**
+   * Whether its agent can send depth previews.
+   *
+   * @generated from field: bool depth_preview = 25;
+   */
+  depthPreview: boolean;
 };
 
 /**
@@ -1547,6 +1566,408 @@ export const MuteSensorResponseSchema: GenMessage<MuteSensorResponse> = /*@__PUR
   messageDesc(file_posefuse_v1_room, 41);
 
 /**
+ * @generated from message posefuse.v1.PlanRoomRequest
+ */
+export type PlanRoomRequest = Message<"posefuse.v1.PlanRoomRequest"> & {
+  /**
+   * Sensors that are not there.
+   *
+   * @generated from field: repeated posefuse.v1.PlannedSensor planned = 1;
+   */
+  planned: PlannedSensor[];
+
+  /**
+   * Leave out the sensors that the calibration knows.
+   *
+   * @generated from field: bool planned_only = 2;
+   */
+  plannedOnly: boolean;
+
+  /**
+   * The floor that matters; absent: 4 m by 4 m about where the sensors look.
+   *
+   * @generated from field: optional posefuse.v1.PlanArea area = 3;
+   */
+  area?: PlanArea | undefined;
+
+  /**
+   * Of which model one more sensor would be; empty: none is suggested.
+   *
+   * @generated from field: string suggest_model = 4;
+   */
+  suggestModel: string;
+
+  /**
+   * So many sensors of `suggest_model` are placed one after the other, each where it is of most use, and are part of the
+   * plan; at most 8.
+   *
+   * @generated from field: uint32 place = 5;
+   */
+  place: number;
+};
+
+/**
+ * Describes the message posefuse.v1.PlanRoomRequest.
+ * Use `create(PlanRoomRequestSchema)` to create a new message.
+ */
+export const PlanRoomRequestSchema: GenMessage<PlanRoomRequest> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 42);
+
+/**
+ * @generated from message posefuse.v1.PlannedSensor
+ */
+export type PlannedSensor = Message<"posefuse.v1.PlannedSensor"> & {
+  /**
+   * Unique in the plan.
+   *
+   * @generated from field: string name = 1;
+   */
+  name: string;
+
+  /**
+   * One of `RoomPlan.models`, or a device's name that contains one.
+   *
+   * @generated from field: string model = 2;
+   */
+  model: string;
+
+  /**
+   * Room frame, metres.
+   *
+   * @generated from field: posefuse.v1.Vector3 position = 3;
+   */
+  position?: Vector3 | undefined;
+
+  /**
+   * @generated from field: posefuse.v1.Vector3 looks_at = 4;
+   */
+  looksAt?: Vector3 | undefined;
+};
+
+/**
+ * Describes the message posefuse.v1.PlannedSensor.
+ * Use `create(PlannedSensorSchema)` to create a new message.
+ */
+export const PlannedSensorSchema: GenMessage<PlannedSensor> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 43);
+
+/**
+ * A rectangle of the floor, metres, room frame.
+ *
+ * @generated from message posefuse.v1.PlanArea
+ */
+export type PlanArea = Message<"posefuse.v1.PlanArea"> & {
+  /**
+   * @generated from field: double min_x = 1;
+   */
+  minX: number;
+
+  /**
+   * @generated from field: double max_x = 2;
+   */
+  maxX: number;
+
+  /**
+   * @generated from field: double min_y = 3;
+   */
+  minY: number;
+
+  /**
+   * @generated from field: double max_y = 4;
+   */
+  maxY: number;
+};
+
+/**
+ * Describes the message posefuse.v1.PlanArea.
+ * Use `create(PlanAreaSchema)` to create a new message.
+ */
+export const PlanAreaSchema: GenMessage<PlanArea> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 44);
+
+/**
+ * @generated from message posefuse.v1.RoomPlan
+ */
+export type RoomPlan = Message<"posefuse.v1.RoomPlan"> & {
+  /**
+   * @generated from field: posefuse.v1.PlanArea area = 1;
+   */
+  area?: PlanArea | undefined;
+
+  /**
+   * Edge of a cell, metres. Cells run along x first, then along y, from (min_x, min_y) on.
+   *
+   * @generated from field: double cell_m = 2;
+   */
+  cellM: number;
+
+  /**
+   * @generated from field: uint32 columns = 3;
+   */
+  columns: number;
+
+  /**
+   * @generated from field: uint32 rows = 4;
+   */
+  rows: number;
+
+  /**
+   * At 0.2, 1.0 and 1.8 m above the floor.
+   *
+   * @generated from field: repeated posefuse.v1.PlanLayer layers = 5;
+   */
+  layers: PlanLayer[];
+
+  /**
+   * How many sensors see a person of 1.8 m who stands in the cell from head to foot; one byte a cell.
+   *
+   * @generated from field: posefuse.v1.PlanLayer whole = 6;
+   */
+  whole?: PlanLayer | undefined;
+
+  /**
+   * @generated from field: repeated posefuse.v1.PlanSensor sensors = 7;
+   */
+  sensors: PlanSensor[];
+
+  /**
+   * Pairs of sensors that can disturb each other, the worst first.
+   *
+   * @generated from field: repeated posefuse.v1.Interference interferences = 8;
+   */
+  interferences: Interference[];
+
+  /**
+   * Absent: none was asked for, or none would be of use (`notes` says so).
+   *
+   * @generated from field: optional posefuse.v1.Suggestion suggestion = 9;
+   */
+  suggestion?: Suggestion | undefined;
+
+  /**
+   * What to know and what to do, in words.
+   *
+   * @generated from field: repeated string notes = 10;
+   */
+  notes: string[];
+
+  /**
+   * The models whose view is known.
+   *
+   * @generated from field: repeated string models = 11;
+   */
+  models: string[];
+};
+
+/**
+ * Describes the message posefuse.v1.RoomPlan.
+ * Use `create(RoomPlanSchema)` to create a new message.
+ */
+export const RoomPlanSchema: GenMessage<RoomPlan> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 45);
+
+/**
+ * @generated from message posefuse.v1.PlanLayer
+ */
+export type PlanLayer = Message<"posefuse.v1.PlanLayer"> & {
+  /**
+   * @generated from field: double height_m = 1;
+   */
+  heightM: number;
+
+  /**
+   * How many sensors see the cell's middle, one byte a cell.
+   *
+   * @generated from field: bytes counts = 2;
+   */
+  counts: Uint8Array;
+
+  /**
+   * Share of the cells that at least one, two and three sensors see.
+   *
+   * @generated from field: repeated double shares = 3;
+   */
+  shares: number[];
+};
+
+/**
+ * Describes the message posefuse.v1.PlanLayer.
+ * Use `create(PlanLayerSchema)` to create a new message.
+ */
+export const PlanLayerSchema: GenMessage<PlanLayer> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 46);
+
+/**
+ * @generated from message posefuse.v1.PlanSensor
+ */
+export type PlanSensor = Message<"posefuse.v1.PlanSensor"> & {
+  /**
+   * @generated from field: string name = 1;
+   */
+  name: string;
+
+  /**
+   * @generated from field: string model = 2;
+   */
+  model: string;
+
+  /**
+   * @generated from field: bool planned = 3;
+   */
+  planned: boolean;
+
+  /**
+   * @generated from field: posefuse.v1.Pose room_from_sensor = 4;
+   */
+  roomFromSensor?: Pose | undefined;
+
+  /**
+   * @generated from field: double fov_horizontal_deg = 5;
+   */
+  fovHorizontalDeg: number;
+
+  /**
+   * @generated from field: double fov_vertical_deg = 6;
+   */
+  fovVerticalDeg: number;
+
+  /**
+   * @generated from field: double near_m = 7;
+   */
+  nearM: number;
+
+  /**
+   * @generated from field: double far_m = 8;
+   */
+  farM: number;
+
+  /**
+   * How it measures: structured-light, time-of-flight, stereo or unknown.
+   *
+   * @generated from field: string light = 9;
+   */
+  light: string;
+
+  /**
+   * View or range are not known, and the usual ones were taken.
+   *
+   * @generated from field: bool assumed = 10;
+   */
+  assumed: boolean;
+};
+
+/**
+ * Describes the message posefuse.v1.PlanSensor.
+ * Use `create(PlanSensorSchema)` to create a new message.
+ */
+export const PlanSensorSchema: GenMessage<PlanSensor> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 47);
+
+/**
+ * @generated from message posefuse.v1.Interference
+ */
+export type Interference = Message<"posefuse.v1.Interference"> & {
+  /**
+   * @generated from field: string a = 1;
+   */
+  a: string;
+
+  /**
+   * @generated from field: string b = 2;
+   */
+  b: string;
+
+  /**
+   * How much of the one's view, up to 2 m above the floor, the other lights too.
+   *
+   * @generated from field: double share_of_a = 3;
+   */
+  shareOfA: number;
+
+  /**
+   * @generated from field: double share_of_b = 4;
+   */
+  shareOfB: number;
+
+  /**
+   * Each stands in the other's view.
+   *
+   * @generated from field: bool facing = 5;
+   */
+  facing: boolean;
+
+  /**
+   * strong: holes and wrong depth where both light; mild: a little noise.
+   *
+   * @generated from field: string severity = 6;
+   */
+  severity: string;
+
+  /**
+   * What to do, in words, with where that is known from.
+   *
+   * @generated from field: string advice = 7;
+   */
+  advice: string;
+};
+
+/**
+ * Describes the message posefuse.v1.Interference.
+ * Use `create(InterferenceSchema)` to create a new message.
+ */
+export const InterferenceSchema: GenMessage<Interference> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 48);
+
+/**
+ * @generated from message posefuse.v1.Suggestion
+ */
+export type Suggestion = Message<"posefuse.v1.Suggestion"> & {
+  /**
+   * @generated from field: posefuse.v1.PlanSensor sensor = 1;
+   */
+  sensor?: PlanSensor | undefined;
+
+  /**
+   * @generated from field: posefuse.v1.Vector3 looks_at = 2;
+   */
+  looksAt?: Vector3 | undefined;
+
+  /**
+   * Share of the area where at least one and two sensors see a whole person, without and with it.
+   *
+   * @generated from field: double one_before = 3;
+   */
+  oneBefore: number;
+
+  /**
+   * @generated from field: double one_after = 4;
+   */
+  oneAfter: number;
+
+  /**
+   * @generated from field: double two_before = 5;
+   */
+  twoBefore: number;
+
+  /**
+   * @generated from field: double two_after = 6;
+   */
+  twoAfter: number;
+
+  /**
+   * @generated from field: string words = 7;
+   */
+  words: string;
+};
+
+/**
+ * Describes the message posefuse.v1.Suggestion.
+ * Use `create(SuggestionSchema)` to create a new message.
+ */
+export const SuggestionSchema: GenMessage<Suggestion> = /*@__PURE__*/
+  messageDesc(file_posefuse_v1_room, 49);
+
+/**
  * @generated from message posefuse.v1.GetConfigRequest
  */
 export type GetConfigRequest = Message<"posefuse.v1.GetConfigRequest"> & {
@@ -1557,7 +1978,7 @@ export type GetConfigRequest = Message<"posefuse.v1.GetConfigRequest"> & {
  * Use `create(GetConfigRequestSchema)` to create a new message.
  */
 export const GetConfigRequestSchema: GenMessage<GetConfigRequest> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 42);
+  messageDesc(file_posefuse_v1_room, 50);
 
 /**
  * @generated from message posefuse.v1.GetConfigResponse
@@ -1574,7 +1995,7 @@ export type GetConfigResponse = Message<"posefuse.v1.GetConfigResponse"> & {
  * Use `create(GetConfigResponseSchema)` to create a new message.
  */
 export const GetConfigResponseSchema: GenMessage<GetConfigResponse> = /*@__PURE__*/
-  messageDesc(file_posefuse_v1_room, 43);
+  messageDesc(file_posefuse_v1_room, 51);
 
 /**
  * @generated from enum posefuse.v1.SensorState
@@ -1752,8 +2173,9 @@ export const Room: GenService<{
     output: typeof ObservationSchema;
   },
   /**
-   * Small depth images of one sensor as they come, while somebody watches. FAILED_PRECONDITION: its agent has none to
-   * give. A subscriber that cannot keep up loses its own.
+   * Small depth images of one sensor as they come, while somebody watches; their bodies have the 25 canonical joints.
+   * NOT_FOUND: there is no such sensor; FAILED_PRECONDITION: its agent has none to give. A subscriber that cannot keep
+   * up gets the newest only. The stream stays open while the agent is away.
    *
    * @generated from rpc posefuse.v1.Room.WatchDepth
    */
@@ -1921,6 +2343,17 @@ export const Room: GenService<{
     methodKind: "unary";
     input: typeof MuteSensorRequestSchema;
     output: typeof MuteSensorResponseSchema;
+  },
+  /**
+   * How much of the room its sensors see, which of them disturb each other, and where one more should stand. Sensors
+   * that are only planned count as if they stood there; nothing is changed by asking.
+   *
+   * @generated from rpc posefuse.v1.Room.PlanRoom
+   */
+  planRoom: {
+    methodKind: "unary";
+    input: typeof PlanRoomRequestSchema;
+    output: typeof RoomPlanSchema;
   },
   /**
    * The configuration in force, as TOML.

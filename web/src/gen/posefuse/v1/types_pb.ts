@@ -190,6 +190,8 @@ export const IntrinsicsSchema: GenMessage<Intrinsics> = /*@__PURE__*/
  */
 export type DepthPreview = Message<"posefuse.v1.DepthPreview"> & {
   /**
+   * Filled in by the server.
+   *
    * @generated from field: string sensor = 1;
    */
   sensor: string;
@@ -224,7 +226,8 @@ export type DepthPreview = Message<"posefuse.v1.DepthPreview"> & {
   camera?: Intrinsics | undefined;
 
   /**
-   * The bodies tracked in this very image, joints in the order of the sensor's joint set.
+   * The bodies tracked in this very image: from an agent with the joints of the sensor's joint set, to a subscriber with
+   * the 25 canonical ones.
    *
    * @generated from field: repeated posefuse.v1.Body bodies = 7;
    */
