@@ -1,7 +1,7 @@
 //! How near a runtime comes to what the training framework gave.
 
-use crate::backend::choose;
 use crate::tensors::{JOINTS, Tensors};
+use crate::trial::choose;
 use crate::{Batch, Config, GoldenOutputs, ModelFile, Refused, Runtime};
 
 /// The largest differences between a runtime and the stored outputs.
@@ -35,13 +35,12 @@ pub fn agreement(file: &ModelFile, config: &Config) -> Result<Option<Agreement>,
     for first in (0..golden.windows).step_by(at_once) {
         let count = at_once.min(golden.windows - first);
         load(&mut tensors, &golden, first, count);
-        let ran = chosen.session.run(count, &mut tensors);
-        ran.and_then(|()| tensors.check_outputs(count))
-            .map_err(|problem| Refused::Network {
-                place: file.place.clone(),
-                runtime: chosen.runtime.to_string(),
-                problem,
-            })?;
+        let ran = tensors.run(&mut *chosen.session, count);
+        ran.map_err(|problem| Refused::Network {
+            place: file.place.clone(),
+            runtime: chosen.runtime.to_string(),
+            problem,
+        })?;
         filled.extend_from_slice(&tensors.filled);
         sigma.extend_from_slice(&tensors.sigma);
     }

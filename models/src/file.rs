@@ -25,17 +25,7 @@ impl ModelFile {
     /// # Errors
     /// What is missing, damaged or not understood, and what to do.
     pub fn read(path: &Path) -> Result<Self, Refused> {
-        let read = |path: &Path| {
-            fs::read(path).map_err(|error| Refused::Unreadable {
-                file: path.display().to_string(),
-                problem: error.to_string(),
-            })
-        };
-        let place = path.display().to_string();
-        let text = String::from_utf8(read(path)?).map_err(|_| Refused::Manifest {
-            place: place.clone(),
-            problem: "not text".to_owned(),
-        })?;
+        let (place, text) = read_manifest(path)?;
         let onnx = path.with_extension("onnx");
         let golden = path.with_extension("golden.bin");
         // Only tests need the stored outputs.
@@ -60,9 +50,9 @@ impl ModelFile {
         golden: Option<Vec<u8>>,
     ) -> Result<Self, Refused> {
         let manifest = Manifest::parse(text, &place)?;
-        check_hash(&onnx, "onnx", &manifest.sha256, &manifest, &place)?;
+        check_hash(&onnx, "onnx", &manifest.sha256, &manifest.name, &place)?;
         if let (Some(bytes), Some(golden)) = (&golden, &manifest.golden) {
-            check_hash(bytes, "golden.bin", &golden.sha256, &manifest, &place)?;
+            check_hash(bytes, "golden.bin", &golden.sha256, &manifest.name, &place)?;
         }
         Ok(Self {
             manifest,
@@ -117,6 +107,23 @@ impl ModelFile {
     }
 }
 
+/// A manifest's place and text.
+pub(crate) fn read_manifest(path: &Path) -> Result<(String, String), Refused> {
+    let place = path.display().to_string();
+    let text = String::from_utf8(read(path)?).map_err(|_| Refused::Manifest {
+        place: place.clone(),
+        problem: "not text".to_owned(),
+    })?;
+    Ok((place, text))
+}
+
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
+    fs::read(path).map_err(|error| Refused::Unreadable {
+        file: path.display().to_string(),
+        problem: error.to_string(),
+    })
+}
+
 /// Windows and what the training framework made of them; each tensor whole, in C order.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs)]
@@ -129,11 +136,15 @@ pub struct GoldenOutputs {
     pub sigma: Vec<f32>,
 }
 
-fn check_hash(
+/// Whether `bytes` are those of the file NAME.KIND that the manifest at `place` describes.
+///
+/// # Errors
+/// [`Refused::Damaged`].
+pub(crate) fn check_hash(
     bytes: &[u8],
     kind: &str,
     expected: &str,
-    manifest: &Manifest,
+    name: &str,
     place: &str,
 ) -> Result<(), Refused> {
     let found = hex(&Sha256::digest(bytes));
@@ -141,7 +152,7 @@ fn check_hash(
         return Ok(());
     }
     Err(Refused::Damaged {
-        file: format!("{}.{kind}", manifest.name),
+        file: format!("{name}.{kind}"),
         place: place.to_owned(),
         bytes: bytes.len(),
         found,

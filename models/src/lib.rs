@@ -3,7 +3,8 @@
 //! A model is a manifest (`NAME.toml`) and a network (`NAME.onnx`) that has one interface whatever is inside; see
 //! `data/README.md`. [`Library`] knows those in the program and the user's own; [`NeuralModel`] runs one, with the embedded
 //! runtime or with ONNX Runtime where that is installed. It is an [`OcclusionModel`](posefuse_fusion::OcclusionModel)
-//! as the simple ones are.
+//! as the simple ones are. Any other small network (the body tracker's) is a [`Network`]: named tensors of 32-bit floats in and
+//! out, the same manifests, refusals and runtimes.
 //!
 //! ```no_run
 //! use posefuse_models::{Config, Library, NeuralModel};
@@ -22,6 +23,7 @@ mod file;
 mod library;
 mod manifest;
 mod model;
+mod network;
 mod refused;
 mod tensors;
 mod trial;
@@ -37,5 +39,6 @@ pub use manifest::{
     About, Axis, Batch, Dynamic, Golden, JOINT_SET, Kind, MANIFEST_VERSION, Manifest, Port,
 };
 pub use model::{Filled, NeuralModel};
+pub use network::{Network, NetworkFile, NetworkManifest, RunError};
 pub use refused::{NoRuntime, Refused};
 pub use windows::Ask;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use posefuse_fusion::Needs;
 use posefuse_skeleton::JOINT_COUNT;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::Refused;
@@ -144,28 +145,11 @@ impl Manifest {
     /// # Errors
     /// [`Refused::Newer`], or [`Refused::Manifest`] with what was expected and found.
     pub fn parse(text: &str, place: &str) -> Result<Self, Refused> {
-        let wrong = |problem: String| Refused::Manifest {
+        let manifest: Self = parse_versioned(text, place)?;
+        manifest.check().map_err(|problem| Refused::Manifest {
             place: place.to_owned(),
             problem,
-        };
-        // Before anything else: a newer format may have keys that this one refuses.
-        let table: toml::Table = text
-            .parse()
-            .map_err(|error: toml::de::Error| wrong(format!("not TOML: {}", error.message())))?;
-        match table.get("version").and_then(toml::Value::as_integer) {
-            Some(MANIFEST_VERSION) => {}
-            Some(found) if found > MANIFEST_VERSION => {
-                return Err(Refused::Newer {
-                    place: place.to_owned(),
-                    found,
-                    known: MANIFEST_VERSION,
-                });
-            }
-            _ => return Err(wrong(format!("expected `version = {MANIFEST_VERSION}`"))),
-        }
-        let manifest: Self =
-            posefuse_fusion::parse_toml(text).map_err(|error| wrong(error.to_string()))?;
-        manifest.check().map_err(wrong)?;
+        })?;
         Ok(manifest)
     }
 
@@ -259,6 +243,33 @@ impl Manifest {
     }
 }
 
+/// Reads a manifest of any kind, if it is of the known version.
+///
+/// # Errors
+/// [`Refused::Newer`] or [`Refused::Manifest`].
+pub(crate) fn parse_versioned<T: DeserializeOwned>(text: &str, place: &str) -> Result<T, Refused> {
+    let wrong = |problem: String| Refused::Manifest {
+        place: place.to_owned(),
+        problem,
+    };
+    // Before anything else: a newer format may have keys that this one refuses.
+    let table: toml::Table = text
+        .parse()
+        .map_err(|error: toml::de::Error| wrong(format!("not TOML: {}", error.message())))?;
+    match table.get("version").and_then(toml::Value::as_integer) {
+        Some(MANIFEST_VERSION) => {}
+        Some(found) if found > MANIFEST_VERSION => {
+            return Err(Refused::Newer {
+                place: place.to_owned(),
+                found,
+                known: MANIFEST_VERSION,
+            });
+        }
+        _ => return Err(wrong(format!("expected `version = {MANIFEST_VERSION}`"))),
+    }
+    posefuse_fusion::parse_toml(text).map_err(|error| wrong(error.to_string()))
+}
+
 fn check_side(
     side: &str,
     ports: &BTreeMap<String, Port>,
@@ -303,7 +314,7 @@ fn shown(shape: &[Axis]) -> String {
     axes.collect::<Vec<_>>().join(" x ")
 }
 
-fn check_name(name: &str) -> Result<(), String> {
+pub(crate) fn check_name(name: &str) -> Result<(), String> {
     let may = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     if (1..=64).contains(&name.len()) && name.chars().all(may) {
         return Ok(());
@@ -313,7 +324,7 @@ fn check_name(name: &str) -> Result<(), String> {
     ))
 }
 
-fn check_hash(key: &str, found: &str) -> Result<(), String> {
+pub(crate) fn check_hash(key: &str, found: &str) -> Result<(), String> {
     let is_hex = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
     if found.len() == 64 && found.chars().all(is_hex) {
         return Ok(());

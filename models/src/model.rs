@@ -6,8 +6,9 @@ use std::time::Duration;
 use posefuse_fusion::{Fill, ModelError, Needs, OcclusionModel, Window};
 use posefuse_skeleton::JointMap;
 
-use crate::backend::{Chosen, Session, choose};
+use crate::backend::{Chosen, Session};
 use crate::tensors::Tensors;
+use crate::trial;
 use crate::windows::{self, Ask, Piece, Sums};
 use crate::{Batch, Config, Manifest, ModelFile, Refused, Runtime};
 
@@ -40,7 +41,7 @@ impl NeuralModel {
             latency,
             session,
             ..
-        } = choose(file, config)?;
+        } = trial::choose(file, config)?;
         Ok(Self {
             tensors: Tensors::of(&file.manifest),
             manifest: file.manifest.clone(),
@@ -109,8 +110,7 @@ impl NeuralModel {
             windows::append(&mut self.tensors, asks[piece.ask].window, *piece);
         }
         let n = batch.len();
-        let ran = self.session.run(n, &mut self.tensors);
-        let ran = ran.and_then(|()| self.tensors.check_outputs(n));
+        let ran = self.tensors.run(&mut *self.session, n);
         for (number, piece) in batch.iter().enumerate() {
             let result = &mut results[piece.ask];
             let added = match (&ran, &mut *result) {

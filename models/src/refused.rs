@@ -80,13 +80,15 @@ pub enum Refused {
         /// What was expected and what was found.
         problem: String,
     },
-    /// The network gave nonsense on a person who stands still.
+    /// The network gave nonsense on something known.
     #[error(
-        "{place}: tried on a standing person, {problem}: the network is broken or was exported wrongly"
+        "{place}: tried on {tried_on}, {problem}: the network is broken or was exported wrongly"
     )]
     Nonsense {
         /// Which model.
         place: String,
+        /// What it was given.
+        tried_on: &'static str,
         /// What it gave.
         problem: String,
     },

@@ -3,6 +3,7 @@
 use posefuse_skeleton::JOINT_COUNT;
 
 use crate::Manifest;
+use crate::backend::{Input, Output, Session};
 
 pub(crate) const JOINTS: usize = JOINT_COUNT;
 
@@ -41,8 +42,33 @@ impl Tensors {
         self.age.clear();
     }
 
+    /// Runs a network on the first `n` windows; its outputs are as many as they should be.
+    ///
+    /// # Errors
+    /// What the runtime says, or how many there are.
+    pub(crate) fn run(&mut self, session: &mut dyn Session, n: usize) -> Result<(), String> {
+        let (joints, places) = ([n, self.poses, JOINTS], [n, self.poses, JOINTS, 3]);
+        let input = |name, shape, values| Input {
+            name,
+            shape,
+            values,
+        };
+        let inputs = [
+            input("pose", &places[..], &self.pose[..]),
+            input("mask", &joints, &self.mask),
+            input("age", &joints, &self.age),
+        ];
+        let output = |name, values| Output { name, values };
+        let mut outputs = [
+            output("filled", &mut self.filled),
+            output("sigma", &mut self.sigma),
+        ];
+        session.run(&inputs, &mut outputs)?;
+        self.check_outputs(n)
+    }
+
     /// Whether the outputs are as long as `n` windows need.
-    pub(crate) fn check_outputs(&self, n: usize) -> Result<(), String> {
+    fn check_outputs(&self, n: usize) -> Result<(), String> {
         let expected = n * self.answers * JOINTS;
         for (name, found, expected) in [
             ("filled", self.filled.len(), 3 * expected),

@@ -1,10 +1,13 @@
 //! A standing person with an arm that goes out of sight: what every model is tried with before it is used.
 
+use std::time::Duration;
+
 use posefuse_fusion::MAX_AGE_S;
 use posefuse_skeleton::Joint;
 
+use crate::backend::{self, Candidate, Chosen, Session, Trial};
 use crate::tensors::{JOINTS, Tensors};
-use crate::windows;
+use crate::{Batch, Config, Kind, ModelFile, Refused, windows};
 
 /// A person of 1.75 m in the room's middle, facing +X, arms hanging; metres, in the order of [`Joint::ALL`].
 const STANDING: [[f32; 3]; JOINTS] = [
@@ -43,28 +46,78 @@ const ARM: [Joint; 5] = [
     Joint::ThumbLeft,
 ];
 
-/// Writes `count` windows: in every second one the left arm is seen in the first half only.
-pub(crate) fn fill(tensors: &mut Tensors, rate_hz: f64, count: usize) {
-    tensors.clear();
-    for window in 0..count {
-        // The last window alone is what a call with one window gets.
-        let hides = window + 1 == count;
-        for pose in 0..tensors.poses {
-            for (joint, position) in Joint::ALL.into_iter().zip(&STANDING) {
-                let seen = tensors.poses / 2;
-                let hidden = hides && pose >= seen && ARM.contains(&joint);
-                tensors.pose.extend_from_slice(position);
-                tensors.mask.push(if hidden { 0.0 } else { 1.0 });
-                let since = if hidden { pose + 1 - seen } else { 0 };
-                let age = (since as f64 / rate_hz) as f32;
-                tensors.age.push(age.min(MAX_AGE_S));
+/// Quick enough for one window: what a live model may take (one core, 30 frames a second, several people), and what
+/// nobody minds in a recording.
+const QUICK_LIVE: Duration = Duration::from_millis(2);
+const QUICK_OFFLINE: Duration = Duration::from_millis(20);
+
+/// Opens an occlusion model with the configured runtime or the one that suits it best.
+pub(crate) fn choose(file: &ModelFile, config: &Config) -> Result<Chosen, Refused> {
+    let manifest = &file.manifest;
+    let candidate = Candidate {
+        place: &file.place,
+        onnx: file.onnx(),
+        inputs: &manifest.inputs,
+        outputs: &manifest.outputs,
+        quick: match manifest.kind {
+            Kind::Live => QUICK_LIVE,
+            Kind::Offline => QUICK_OFFLINE,
+        },
+        // Both batch sizes that differ in the network: one person and more.
+        counts: match manifest.batch {
+            Batch::Any(_) => [2, 1],
+            Batch::Fixed(_) => [1, 1],
+        },
+    };
+    let mut standing = Standing {
+        rate_hz: manifest.rate_hz,
+        tensors: Tensors::of(manifest),
+    };
+    backend::choose(&candidate, &mut standing, config)
+}
+
+struct Standing {
+    rate_hz: f64,
+    tensors: Tensors,
+}
+
+impl Trial for Standing {
+    fn what(&self) -> &'static str {
+        "a standing person"
+    }
+
+    /// In every second window the left arm is seen in the first half only.
+    fn fill(&mut self, count: usize) {
+        self.tensors.clear();
+        for window in 0..count {
+            // The last window alone is what a call with one window gets.
+            let hides = window + 1 == count;
+            for pose in 0..self.tensors.poses {
+                self.append(pose, hides);
             }
         }
     }
+
+    fn run(&mut self, session: &mut dyn Session, count: usize) -> Result<(), String> {
+        self.tensors.run(session, count)
+    }
+
+    /// Whether the outputs put every joint near that person.
+    fn check(&self) -> Result<(), String> {
+        windows::check_outputs(&self.tensors, [0.0, 0.0, 0.95])
+    }
 }
 
-/// Whether the outputs are as many as they should be, and put every joint near that person.
-pub(crate) fn check(tensors: &Tensors, count: usize) -> Result<(), String> {
-    tensors.check_outputs(count)?;
-    windows::check_outputs(tensors, [0.0, 0.0, 0.95])
+impl Standing {
+    fn append(&mut self, pose: usize, hides: bool) {
+        let seen = self.tensors.poses / 2;
+        for (joint, position) in Joint::ALL.into_iter().zip(&STANDING) {
+            let hidden = hides && pose >= seen && ARM.contains(&joint);
+            self.tensors.pose.extend_from_slice(position);
+            self.tensors.mask.push(if hidden { 0.0 } else { 1.0 });
+            let since = if hidden { pose + 1 - seen } else { 0 };
+            let age = (since as f64 / self.rate_hz) as f32;
+            self.tensors.age.push(age.min(MAX_AGE_S));
+        }
+    }
 }

@@ -4,60 +4,88 @@
 //! then lives in the program. ONNX Runtime is loaded only when that may help: the embedded one cannot read the network
 //! or is too slow, or another device is wanted.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::{Backend, FoundPort, Ports, Runtime, Session, embedded, installed};
-use crate::tensors::Tensors;
-use crate::trial;
-use crate::{Axis, BackendChoice, Config, Device, Kind, Manifest, ModelFile, Port, Refused};
+use crate::{Axis, BackendChoice, Config, Device, Port, Refused};
 
 /// Calls before and while timing.
 const WARM_CALLS: usize = 2;
 const TIMED_CALLS: usize = 9;
-/// Quick enough for one window: what a live model may take (one core, 30 frames a second, several people), and what
-/// nobody minds in a recording.
-const QUICK_LIVE: Duration = Duration::from_millis(2);
-const QUICK_OFFLINE: Duration = Duration::from_millis(20);
 
-/// A model with what runs it.
+/// A network that is to be opened, and what is known of it.
+pub(crate) struct Candidate<'a> {
+    pub(crate) place: &'a str,
+    pub(crate) onnx: &'a [u8],
+    pub(crate) inputs: &'a BTreeMap<String, Port>,
+    pub(crate) outputs: &'a BTreeMap<String, Port>,
+    /// Quick enough for one call with one item.
+    pub(crate) quick: Duration,
+    /// How many items it is tried with, one call for each; the last is timed.
+    pub(crate) counts: [usize; 2],
+}
+
+/// What a network is tried with before it is used.
+pub(crate) trait Trial {
+    /// In words.
+    fn what(&self) -> &'static str;
+
+    /// Makes `count` items ready to go in.
+    fn fill(&mut self, count: usize);
+
+    /// Runs the network on them.
+    fn run(&mut self, session: &mut dyn Session, count: usize) -> Result<(), String>;
+
+    /// Whether what came out makes sense.
+    fn check(&self) -> Result<(), String>;
+}
+
+/// A network with what runs it.
 pub(crate) struct Chosen {
     pub(crate) runtime: Runtime,
     pub(crate) why: String,
-    /// One call for one window, median.
+    /// One call for one item, median.
     pub(crate) latency: Duration,
     /// The quickest: what it costs, whatever else the machine does meanwhile.
     least: Duration,
     pub(crate) session: Box<dyn Session>,
 }
 
-/// Opens `file` with the configured runtime or the one that suits it best.
-pub(crate) fn choose(file: &ModelFile, config: &Config) -> Result<Chosen, Refused> {
+/// Opens a network with the configured runtime or the one that suits it best.
+pub(crate) fn choose(
+    candidate: &Candidate,
+    trial: &mut dyn Trial,
+    config: &Config,
+) -> Result<Chosen, Refused> {
     match (config.backend, config.device) {
-        (BackendChoice::Rten, Device::Cpu) => open(&embedded(), file, "as configured"),
+        (BackendChoice::Rten, Device::Cpu) => open(&embedded(), candidate, trial, "as configured"),
         (BackendChoice::Rten, device) => Err(Refused::Network {
-            place: file.place.clone(),
+            place: candidate.place.to_owned(),
             runtime: "rten".to_owned(),
             problem: format!(
                 "it computes on processors only, and models.device is {}",
                 device.name()
             ),
         }),
-        (BackendChoice::Ort, _) => open(&installed(config)?, file, "as configured"),
-        (BackendChoice::Auto, Device::Cpu) => best(file, config),
+        (BackendChoice::Ort, _) => open(&installed(config)?, candidate, trial, "as configured"),
+        (BackendChoice::Auto, Device::Cpu) => best(candidate, trial, config),
         (BackendChoice::Auto, device) => {
             let why = format!("models.device is {}", device.name());
-            open(&installed(config)?, file, &why)
+            open(&installed(config)?, candidate, trial, &why)
         }
     }
 }
 
-fn best(file: &ModelFile, config: &Config) -> Result<Chosen, Refused> {
-    let quick = match file.manifest.kind {
-        Kind::Live => QUICK_LIVE,
-        Kind::Offline => QUICK_OFFLINE,
-    };
+fn best(candidate: &Candidate, trial: &mut dyn Trial, config: &Config) -> Result<Chosen, Refused> {
+    let quick = candidate.quick;
     let limit = quick.as_millis();
-    let built_in = open(&embedded(), file, "part of the program and quick enough");
+    let built_in = open(
+        &embedded(),
+        candidate,
+        trial,
+        "part of the program and quick enough",
+    );
     let slow = match built_in {
         Ok(chosen) if chosen.least <= quick => return Ok(chosen),
         // What is wrong with the model is wrong everywhere.
@@ -70,7 +98,7 @@ fn best(file: &ModelFile, config: &Config) -> Result<Chosen, Refused> {
             Ok(slow) => format!("rten needs {:.1} ms, more than {limit}", ms(slow.least)),
             Err(_) => "rten cannot use the network".to_owned(),
         };
-        open(&other, file, &why)
+        open(&other, candidate, trial, &why)
     });
     match (slow, other) {
         (Ok(slow), Ok(other)) if other.least < slow.least => Ok(other),
@@ -87,34 +115,35 @@ fn best(file: &ModelFile, config: &Config) -> Result<Chosen, Refused> {
     }
 }
 
-fn open(backend: &dyn Backend, file: &ModelFile, why: &str) -> Result<Chosen, Refused> {
+fn open(
+    backend: &dyn Backend,
+    candidate: &Candidate,
+    trial: &mut dyn Trial,
+    why: &str,
+) -> Result<Chosen, Refused> {
     let runtime = backend.about();
     let network = |problem| Refused::Network {
-        place: file.place.clone(),
+        place: candidate.place.to_owned(),
         runtime: runtime.to_string(),
         problem,
     };
-    crate::wire::check(file.onnx()).map_err(network)?;
-    let mut session = backend.open(file.onnx()).map_err(network)?;
-    check_ports(&file.manifest, &session.ports()).map_err(|problem| Refused::Ports {
-        place: file.place.clone(),
+    crate::wire::check(candidate.onnx).map_err(network)?;
+    let mut session = backend.open(candidate.onnx).map_err(network)?;
+    check_ports(candidate, &session.ports()).map_err(|problem| Refused::Ports {
+        place: candidate.place.to_owned(),
         problem,
     })?;
-    let mut tensors = Tensors::of(&file.manifest);
-    // Both batch sizes that differ in the network: one person and more.
-    let counts = match file.manifest.batch {
-        crate::Batch::Any(_) => [2, 1],
-        crate::Batch::Fixed(_) => [1, 1],
-    };
-    for count in counts {
-        trial::fill(&mut tensors, file.manifest.rate_hz, count);
-        session.run(count, &mut tensors).map_err(network)?;
-        trial::check(&tensors, count).map_err(|problem| Refused::Nonsense {
-            place: file.place.clone(),
+    for count in candidate.counts {
+        trial.fill(count);
+        trial.run(&mut *session, count).map_err(network)?;
+        trial.check().map_err(|problem| Refused::Nonsense {
+            place: candidate.place.to_owned(),
+            tried_on: trial.what(),
             problem,
         })?;
     }
-    let (least, latency) = timed(&mut *session, &mut tensors).map_err(network)?;
+    let [_, count] = candidate.counts;
+    let (least, latency) = timed(&mut *session, trial, count).map_err(network)?;
     Ok(Chosen {
         why: why.to_owned(),
         runtime,
@@ -124,15 +153,19 @@ fn open(backend: &dyn Backend, file: &ModelFile, why: &str) -> Result<Chosen, Re
     })
 }
 
-/// The least and the median time of a call with one window.
-fn timed(session: &mut dyn Session, tensors: &mut Tensors) -> Result<(Duration, Duration), String> {
+/// The least and the median time of a call with `count` items.
+fn timed(
+    session: &mut dyn Session,
+    trial: &mut dyn Trial,
+    count: usize,
+) -> Result<(Duration, Duration), String> {
     for _ in 0..WARM_CALLS {
-        session.run(1, tensors)?;
+        trial.run(session, count)?;
     }
     let mut times = [Duration::ZERO; TIMED_CALLS];
     for time in &mut times {
         let began = Instant::now();
-        session.run(1, tensors)?;
+        trial.run(session, count)?;
         *time = began.elapsed();
     }
     times.sort();
@@ -143,10 +176,10 @@ fn ms(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
-fn check_ports(manifest: &Manifest, found: &Ports) -> Result<(), String> {
+fn check_ports(candidate: &Candidate, found: &Ports) -> Result<(), String> {
     let sides = [
-        ("input", &manifest.inputs, &found.inputs),
-        ("output", &manifest.outputs, &found.outputs),
+        ("input", candidate.inputs, &found.inputs),
+        ("output", candidate.outputs, &found.outputs),
     ];
     for (side, expected, found) in sides {
         for (name, port) in expected {

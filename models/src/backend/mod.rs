@@ -6,10 +6,9 @@ mod onnxruntime;
 mod places;
 mod rten;
 
-use crate::tensors::Tensors;
 use crate::{Config, Device, NoRuntime};
 
-pub(crate) use choose::{Chosen, choose};
+pub(crate) use choose::{Candidate, Chosen, Trial, choose};
 
 /// Something that can run networks.
 pub(crate) trait Backend {
@@ -28,11 +27,26 @@ pub(crate) trait Session: Send {
     /// Inputs and outputs by name, as the file has them.
     fn ports(&self) -> Ports;
 
-    /// Runs the network on the first `n` windows of `tensors` and writes its outputs there.
+    /// Runs the network and writes each output, in C order, to where it is wanted.
     ///
     /// # Errors
-    /// What the runtime says.
-    fn run(&mut self, n: usize, tensors: &mut Tensors) -> Result<(), String>;
+    /// What the runtime says, or an input or output that the network does not have.
+    fn run(&mut self, inputs: &[Input], outputs: &mut [Output]) -> Result<(), String>;
+}
+
+/// A tensor that goes in.
+pub(crate) struct Input<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) shape: &'a [usize],
+    /// In C order.
+    pub(crate) values: &'a [f32],
+}
+
+/// A tensor that comes out.
+pub(crate) struct Output<'a> {
+    pub(crate) name: &'a str,
+    /// What was in it is replaced.
+    pub(crate) values: &'a mut Vec<f32>,
 }
 
 /// A network's tensors.

@@ -5,12 +5,11 @@ use std::sync::{Mutex, PoisonError};
 
 use ort::environment::Environment;
 use ort::ep;
-use ort::session::Session as OrtSession;
 use ort::session::builder::GraphOptimizationLevel;
+use ort::session::{Session as OrtSession, SessionInputValue};
 use ort::value::{Outlet, TensorElementType, TensorRef, ValueType};
 
-use super::{Backend, FoundPort, Ports, Runtime, Session, guarded, places};
-use crate::tensors::{JOINTS, Tensors};
+use super::{Backend, FoundPort, Input, Output, Ports, Runtime, Session, guarded, places};
 use crate::{Config, Device, NoRuntime};
 
 /// ONNX Runtime, loaded.
@@ -130,31 +129,30 @@ impl Session for Opened {
         }
     }
 
-    fn run(&mut self, n: usize, tensors: &mut Tensors) -> Result<(), String> {
+    fn run(&mut self, inputs: &[Input], outputs: &mut [Output]) -> Result<(), String> {
         let session = &mut self.session;
-        guarded(|| call(session, n, tensors).map_err(|error| error.to_string()))
+        guarded(|| call(session, inputs, outputs).map_err(|error| error.to_string()))
     }
 }
 
-fn call(session: &mut OrtSession, n: usize, tensors: &mut Tensors) -> ort::Result<()> {
-    let t = tensors.poses;
-    let outputs = session.run(ort::inputs![
-        "pose" => TensorRef::from_array_view(([n, t, JOINTS, 3], &*tensors.pose))?,
-        "mask" => TensorRef::from_array_view(([n, t, JOINTS], &*tensors.mask))?,
-        "age" => TensorRef::from_array_view(([n, t, JOINTS], &*tensors.age))?,
-    ])?;
-    for (name, into) in [
-        ("filled", &mut tensors.filled),
-        ("sigma", &mut tensors.sigma),
-    ] {
-        let value = outputs
+fn call(session: &mut OrtSession, inputs: &[Input], outputs: &mut [Output]) -> ort::Result<()> {
+    let values = inputs.iter().map(value).collect::<ort::Result<Vec<_>>>()?;
+    let found = session.run(values)?;
+    for output in outputs {
+        let name = output.name;
+        let value = found
             .get(name)
             .ok_or_else(|| ort::Error::new(format!("there is no output `{name}`")))?;
         let (_, data) = value.try_extract_tensor::<f32>()?;
-        into.clear();
-        into.extend_from_slice(data);
+        output.values.clear();
+        output.values.extend_from_slice(data);
     }
     Ok(())
+}
+
+fn value<'a>(input: &Input<'a>) -> ort::Result<(&'a str, SessionInputValue<'a>)> {
+    let view = TensorRef::from_array_view((input.shape.to_vec(), input.values))?;
+    Ok((input.name, view.into()))
 }
 
 fn port(outlet: &Outlet) -> FoundPort {

@@ -3,11 +3,10 @@
 use std::sync::{Arc, OnceLock};
 
 use rten::{Dimension, Model, ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView};
-use rten_tensor::{AsView, NdTensorView};
+use rten_tensor::{AsView, TensorView};
 
-use super::{Backend, FoundPort, Ports, Runtime, Session, guarded};
+use super::{Backend, FoundPort, Input, Output, Ports, Runtime, Session, guarded};
 use crate::Device;
-use crate::tensors::{JOINTS, Tensors};
 
 /// Of the crate that is built in.
 const VERSION: &str = "0.27";
@@ -45,13 +44,7 @@ impl Backend for Embedded {
             let model = options
                 .load(onnx.to_vec())
                 .map_err(|error| error.to_string())?;
-            let node = |name: &str| model.node_id(name).map_err(|error| error.to_string());
-            let inputs = [node("pose"), node("mask"), node("age")];
-            let outputs = [node("filled"), node("sigma")];
             let session = RtenSession {
-                // A missing one is told by the check of the ports, with more to it.
-                inputs: collect(inputs),
-                outputs: collect(outputs),
                 model,
                 options: RunOptions::default().with_thread_pool(Some(self.threads.clone())),
             };
@@ -60,19 +53,16 @@ impl Backend for Embedded {
     }
 }
 
-fn collect<const N: usize>(nodes: [Result<NodeId, String>; N]) -> Result<[NodeId; N], String> {
-    let found = nodes.into_iter().collect::<Result<Vec<_>, _>>()?;
-    found.try_into().map_err(|_| "too few tensors".to_owned())
-}
-
 struct RtenSession {
     model: Model,
-    inputs: Result<[NodeId; 3], String>,
-    outputs: Result<[NodeId; 2], String>,
     options: RunOptions,
 }
 
 impl RtenSession {
+    fn node(&self, name: &str) -> Result<NodeId, String> {
+        self.model.node_id(name).map_err(|error| error.to_string())
+    }
+
     fn port(&self, id: NodeId) -> FoundPort {
         let info = self.model.node_info(id);
         let shape = info.as_ref().and_then(|info| info.shape());
@@ -102,39 +92,37 @@ impl Session for RtenSession {
         }
     }
 
-    fn run(&mut self, n: usize, tensors: &mut Tensors) -> Result<(), String> {
-        let [pose, mask, age] = self.inputs.clone()?;
-        let outputs = self.outputs.clone()?;
-        let t = tensors.poses;
-        let joints = [n, t, JOINTS];
-        let [filled, sigma] = guarded(|| {
-            let inputs: Vec<(NodeId, ValueOrView)> = vec![
-                (pose, view([n, t, JOINTS, 3], &tensors.pose)?),
-                (mask, view(joints, &tensors.mask)?),
-                (age, view(joints, &tensors.age)?),
-            ];
+    fn run(&mut self, inputs: &[Input], outputs: &mut [Output]) -> Result<(), String> {
+        let nodes = outputs.iter().map(|output| self.node(output.name));
+        let nodes: Vec<NodeId> = nodes.collect::<Result<_, _>>()?;
+        let found = guarded(|| {
+            let views = inputs
+                .iter()
+                .map(|input| Ok((self.node(input.name)?, view(input)?)));
+            let views: Vec<(NodeId, ValueOrView)> = views.collect::<Result<_, String>>()?;
             self.model
-                .run_n(inputs, outputs, Some(self.options.clone()))
+                .run(views, &nodes, Some(self.options.clone()))
                 .map_err(|error| error.to_string())
         })?;
-        take(filled, &mut tensors.filled, "filled")?;
-        take(sigma, &mut tensors.sigma, "sigma")
+        let mut pairs = found.into_iter().zip(outputs);
+        pairs.try_for_each(|(value, output)| take(value, output))
     }
 }
 
-fn view<const N: usize>(shape: [usize; N], data: &[f32]) -> Result<ValueOrView<'_>, String> {
-    let view = NdTensorView::try_from_data(shape, data).map_err(|error| error.to_string())?;
+fn view<'a>(input: &Input<'a>) -> Result<ValueOrView<'a>, String> {
+    let view = TensorView::try_from_data(input.shape, input.values);
+    let view = view.map_err(|error| format!("input `{}`: {error}", input.name))?;
     Ok(view.into())
 }
 
-fn take(value: Value, into: &mut Vec<f32>, name: &str) -> Result<(), String> {
+fn take(value: Value, output: &mut Output) -> Result<(), String> {
     let tensor = value
         .into_tensor::<f32>()
-        .ok_or_else(|| format!("output `{name}` is not of 32-bit floats"))?;
-    into.clear();
+        .ok_or_else(|| format!("output `{}` is not of 32-bit floats", output.name))?;
+    output.values.clear();
     match tensor.data() {
-        Some(data) => into.extend_from_slice(data),
-        None => into.extend(tensor.iter().copied()),
+        Some(data) => output.values.extend_from_slice(data),
+        None => output.values.extend(tensor.iter().copied()),
     }
     Ok(())
 }
