@@ -17,6 +17,7 @@ mod health;
 mod run;
 pub mod source;
 mod uplink;
+mod wire;
 
 pub use clock::{Clock, SystemClock};
 pub use config::{AgentConfig, parse_server};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use posefuse_proto::{PROTOCOL, agent_body, hands_to_wire, v1};
+use posefuse_proto::{PROTOCOL, v1};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use thiserror::Error;
@@ -17,8 +17,7 @@ use crate::uplink::buffer::ResendBuffer;
 use crate::uplink::connect::tcp_connector;
 use crate::uplink::{Shared, Uplink, UplinkEnd};
 use crate::{
-    AgentConfig, Camera, Clock, Connector, SensorSource, SourceBody, SourceError, SourceFrame,
-    SystemClock,
+    AgentConfig, Clock, Connector, SensorSource, SourceError, SourceFrame, SystemClock, wire,
 };
 
 /// How long a stopped agent goes on to deliver what it has.
@@ -136,7 +135,7 @@ pub async fn run_with(
     shutdown: impl Future<Output = ()>,
 ) -> Result<AgentReport, AgentError> {
     config.check()?;
-    let description = source.description();
+    let (description, previews) = (source.description(), source.previews());
     let clock = AgentClock {
         base: parts.clock.clone(),
         sensor: source.clock(),
@@ -155,12 +154,13 @@ pub async fn run_with(
             protocol: PROTOCOL,
             agent_version: env!("CARGO_PKG_VERSION").to_owned(),
             run_id: random.random(),
-            camera: description.camera.map(wire_camera),
+            camera: wire::camera(description.camera, previews.is_some()),
         },
         connector: parts.connector.clone(),
         clock: clock.clone(),
         shared: shared.clone(),
         seed: random.random(),
+        previews,
     };
     let (events, driver) = drive(source, &config, &parts)?;
     let intake = async { tokio::join!(driver, take_in(events, &shared, clock.base.as_ref())).1 };
@@ -195,7 +195,7 @@ async fn take_in(
         match event {
             SourceEvent::Frame(frame) => {
                 wait_until_due(&frame, clock).await;
-                let bodies = frame.bodies.iter().map(wire_body).collect();
+                let bodies = frame.bodies.iter().map(wire::body).collect();
                 let mut state = shared.lock();
                 state.buffer.push(frame.captured.ns(), bodies);
                 state.sensor.frame(clock.monotonic_ns());
@@ -220,23 +220,6 @@ async fn wait_until_due(frame: &SourceFrame, clock: &dyn Clock) {
     if let Ok(wait_ns @ 1..) = u64::try_from(wait_ns) {
         sleep(Duration::from_nanos(wait_ns)).await;
     }
-}
-
-fn wire_camera(camera: Camera) -> v1::CameraInfo {
-    v1::CameraInfo {
-        fov_horizontal_deg: camera.view_deg[0],
-        fov_vertical_deg: camera.view_deg[1],
-        near_m: camera.range_m[0],
-        far_m: camera.range_m[1],
-        depth_preview: camera.preview,
-    }
-}
-
-fn wire_body(body: &SourceBody) -> v1::Body {
-    let mut wire = agent_body(body.tracking_id, &body.joints);
-    wire.orientations.extend(body.orientations.iter().flatten());
-    wire.hands_closed = hands_to_wire(body.hands_closed);
-    wire
 }
 
 /// How it ended, and the source's failure if that was the cause.

@@ -37,6 +37,7 @@ pub(crate) struct ResendBuffer {
     frames: VecDeque<(v1::Frame, usize)>,
     bytes: usize,
     next: u64,
+    newest_captured_ns: Option<i64>,
     /// What the present connection sends next; without one, where the last one stopped. What is before it and not
     /// acknowledged may or may not have reached the server.
     cursor: u64,
@@ -53,6 +54,7 @@ impl ResendBuffer {
             frames: VecDeque::new(),
             bytes: 0,
             next: 0,
+            newest_captured_ns: None,
             cursor: 0,
             doubt: VecDeque::new(),
             dropped: 0,
@@ -69,6 +71,7 @@ impl ResendBuffer {
         };
         let bytes = frame.encoded_len();
         self.next += 1;
+        self.newest_captured_ns = Some(captured_ns);
         self.bytes += bytes;
         self.frames.push_back((frame, bytes));
         while self.frames.len() > self.limits.frames
@@ -98,8 +101,14 @@ impl ResendBuffer {
         }
     }
 
-    fn oldest(&self) -> u64 {
+    /// The number of the first frame that waits for its acknowledgement, or of the next one.
+    pub(crate) fn oldest(&self) -> u64 {
         self.next - self.frames.len() as u64
+    }
+
+    /// When the latest frame was captured, by the sensor's clock.
+    pub(crate) fn newest_captured_ns(&self) -> Option<i64> {
+        self.newest_captured_ns
     }
 
     /// A connection begins; `last` is the highest number that the server has of this run.

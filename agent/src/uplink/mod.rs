@@ -4,6 +4,7 @@ mod backoff;
 pub(crate) mod buffer;
 pub(crate) mod connect;
 mod outbound;
+mod previews;
 mod session;
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,6 +16,7 @@ use tokio::time::Instant;
 use tonic::transport::Uri;
 use tonic::{Code, Status};
 
+use crate::PreviewSlot;
 use crate::clock::AgentClock;
 use crate::health::SensorHealth;
 use backoff::Backoff;
@@ -81,6 +83,8 @@ pub(crate) struct Uplink {
     pub(crate) clock: AgentClock,
     pub(crate) shared: Arc<Shared>,
     pub(crate) seed: u64,
+    /// Where the source leaves depth previews, if it has any.
+    pub(crate) previews: Option<PreviewSlot>,
 }
 
 impl Uplink {
@@ -115,9 +119,16 @@ impl Uplink {
         let channel = connect::open(&self.server, &self.connector)
             .await
             .map_err(|error| Failure::Lost(format!("cannot reach it: {}", deepest(&error))))?;
-        session::serve(self, channel)
-            .await
-            .map_err(|status| self.judge(&status))
+        let served = session::serve(self, channel).await;
+        // Whoever watched did so over this connection.
+        self.ask_for_previews(0.0);
+        served.map_err(|status| self.judge(&status))
+    }
+
+    fn ask_for_previews(&self, max_rate_hz: f64) {
+        if let Some(previews) = &self.previews {
+            previews.ask(max_rate_hz);
+        }
     }
 
     fn tell(&self, failure: &Failure, pause: Duration) {

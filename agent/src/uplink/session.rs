@@ -15,6 +15,7 @@ use tonic::transport::Channel;
 use tonic::{Status, Streaming};
 
 use super::outbound::Outbound;
+use super::previews::Previews;
 use super::{Uplink, UplinkEnd};
 
 /// How long the server may take to welcome us.
@@ -35,6 +36,10 @@ pub(super) async fn serve(uplink: &Uplink, channel: Channel) -> Result<UplinkEnd
     let outbound = Outbound {
         urgent: urgent_receiver,
         frames: frame_receiver,
+        previews: uplink
+            .previews
+            .clone()
+            .map(|slot| Previews::new(slot, uplink.shared.clone())),
         clock: uplink.clock.clone(),
     };
     let said = urgent.try_send(Up::Hello(uplink.hello.clone()));
@@ -143,11 +148,12 @@ impl Session<'_> {
                 let _ = self.urgent.try_send(Up::ClockEcho(echo));
             }
             Down::Ack(ack) => self.uplink.shared.lock().buffer.acknowledge(ack.sequence),
-            Down::Command(command) => {
-                if let Some(v1::command::Command::Stop(reason)) = command.command {
-                    return Some(UplinkEnd::Stopped(reason));
+            Down::Command(command) => match command.command? {
+                v1::command::Command::Stop(reason) => return Some(UplinkEnd::Stopped(reason)),
+                v1::command::Command::Preview(wanted) => {
+                    self.uplink.ask_for_previews(wanted.max_rate_hz);
                 }
-            }
+            },
             Down::Welcome(_) => {}
         }
         None

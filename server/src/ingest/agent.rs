@@ -12,11 +12,14 @@ use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use tonic::{Status, Streaming};
 
+use super::depth;
 use super::downlink::{Down, Downlink, Probes};
+use super::gap::{Gap, gap};
 use super::registry::Joined;
 use super::{IngestService, Refusal};
 use crate::Clock;
 use crate::fusion_thread::{Inputs, Pushed};
+use crate::sinks::Pace;
 
 /// Messages that may wait to go down. They are few: an acknowledgement or a probe that finds no room is left out.
 const DOWN_QUEUE: usize = 16;
@@ -24,10 +27,6 @@ const DOWN_QUEUE: usize = 16;
 const MAX_TROUBLE: usize = 300;
 /// Messages taken at once, if they are there.
 const BURST: usize = 32;
-/// Frames that may be missing at once: a year at 30 Hz. A number further away is none.
-const MAX_GAP: u64 = 1_000_000_000;
-/// The highest number an agent may begin with.
-const MAX_FIRST: u64 = i64::MAX as u64;
 /// How often acknowledgements and probes are looked after.
 const BEAT: Duration = Duration::from_millis(50);
 /// The clocks are mapped fast at first ...
@@ -50,6 +49,10 @@ pub(super) struct Agent {
     acked: Option<u64>,
     probes_sent: u32,
     next_probe: Timestamp,
+    /// Depth previews a second the agent was last asked for.
+    previews_hz: f64,
+    /// Of the previews that are taken.
+    preview_pace: Pace,
 }
 
 impl Drop for Agent {
@@ -81,6 +84,8 @@ impl Agent {
             acked: joined.last_sequence,
             probes_sent: 0,
             next_probe: clock.now(),
+            previews_hz: 0.0,
+            preview_pace: Pace::new(depth::MAX_RATE_HZ),
             clock: clock.clone(),
             joined,
         };
@@ -171,10 +176,37 @@ impl Agent {
             };
             self.next_probe = now.plus_ns(pause);
         }
+        self.ask_for_previews();
         if self.down.is_closed() {
             Next::End
         } else {
             Next::Go
+        }
+    }
+
+    fn ask_for_previews(&mut self) {
+        let max_rate_hz = self.joined.sensor.depth().wanted_hz();
+        let wanted = v1::command::Command::Preview(v1::PreviewRequest { max_rate_hz });
+        let command = v1::Command {
+            command: Some(wanted),
+        };
+        if max_rate_hz != self.previews_hz && self.send(server_message::Message::Command(command)) {
+            self.previews_hz = max_rate_hz;
+        }
+    }
+
+    /// Hands on a depth preview. One that nobody waits for any more, or that comes too soon, is left out.
+    fn preview(&mut self, preview: v1::DepthPreview, now: Timestamp) {
+        let sensor = self.joined.sensor.clone();
+        if sensor.depth().wanted_hz() == 0.0 || !self.preview_pace.is_due(now) {
+            return;
+        }
+        match depth::checked(&sensor, self.joined.joint_set, preview, now) {
+            Ok(preview) => sensor.depth().publish(&preview),
+            Err(what) => {
+                let what = format!("a depth preview was refused: {what}");
+                self.refuse(Refusal::BadPreview, now, what);
+            }
         }
     }
 
@@ -195,8 +227,7 @@ impl Agent {
                 health.trouble = health.trouble.chars().take(MAX_TROUBLE).collect();
                 self.joined.sensor.greeting().health = Some(health);
             }
-            // Nobody has asked for one.
-            Some(agent_message::Message::Preview(_)) => {}
+            Some(agent_message::Message::Preview(preview)) => self.preview(preview, now),
             Some(agent_message::Message::Hello(_)) => {
                 return self.end(Status::invalid_argument(
                     "Hello was said already; open a new stream",
@@ -285,52 +316,12 @@ impl Agent {
         // The first, second, fourth, eighth ... of a kind: a tracker that is wrong all the time does not flood the log.
         let (name, reason, count) = (sensor.name(), refusal.name(), sensor.refused(refusal));
         if count.is_power_of_two() {
-            tracing::warn!(sensor = %name, reason, count, "a frame was refused: {what}");
+            tracing::warn!(sensor = %name, reason, count, "refused: {what}");
         }
         sensor.greeting().last_refusal = Some((now, what));
     }
 }
 
-/// How a frame's number follows the last one.
-#[derive(Debug, PartialEq, Eq)]
-enum Gap {
-    /// So many frames are missing between them.
-    Frames(u64),
-    Duplicate,
-    TooWide,
-}
-
-fn gap(last: Option<u64>, sequence: u64) -> Gap {
-    match last {
-        // An agent that began near the end of the numbers could not count on.
-        None if sequence > MAX_FIRST => Gap::TooWide,
-        None => Gap::Frames(0),
-        Some(last) => match sequence.checked_sub(last) {
-            None | Some(0) => Gap::Duplicate,
-            Some(step) if step - 1 > MAX_GAP => Gap::TooWide,
-            Some(step) => Gap::Frames(step - 1),
-        },
-    }
-}
-
 fn describe(error: &WireError, sequence: u64) -> String {
     format!("frame {sequence} was refused: {error}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_number_out_of_reach_is_none() {
-        assert_eq!(gap(None, 17), Gap::Frames(0));
-        assert_eq!(gap(Some(17), 18), Gap::Frames(0));
-        assert_eq!(gap(Some(17), 20), Gap::Frames(2));
-        assert_eq!(gap(Some(17), 17), Gap::Duplicate);
-        assert_eq!(gap(Some(17), 3), Gap::Duplicate);
-        assert_eq!(gap(Some(0), MAX_GAP + 1), Gap::Frames(MAX_GAP));
-        assert_eq!(gap(Some(0), MAX_GAP + 2), Gap::TooWide);
-        assert_eq!(gap(Some(17), u64::MAX), Gap::TooWide);
-        assert_eq!(gap(None, u64::MAX), Gap::TooWide);
-    }
 }

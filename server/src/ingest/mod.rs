@@ -5,7 +5,9 @@
 //! held back by TCP and buffers); after that the frame is dropped and counted as `queue-full`.
 
 mod agent;
+mod depth;
 mod downlink;
+mod gap;
 mod registry;
 mod sensor;
 
@@ -17,6 +19,7 @@ use posefuse_proto::v1;
 use serde::{Deserialize, Serialize};
 use tonic::{Request, Response, Status, Streaming};
 
+pub(crate) use depth::watch as watch_depth;
 pub(crate) use registry::Registry;
 pub(crate) use sensor::{Refusal, Sensor};
 

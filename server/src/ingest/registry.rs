@@ -9,6 +9,7 @@ use posefuse_skeleton::{JointSet, SensorId, SensorInfo};
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
 
+use super::depth;
 use super::sensor::{Live, Sensor};
 use crate::Clock;
 use crate::fusion_thread::Inputs;
@@ -55,6 +56,12 @@ impl Registry {
         let sensors = self.lock();
         let found = sensors.get(sensor.index());
         found.map_or_else(String::new, |sensor| sensor.name().to_owned())
+    }
+
+    /// The sensor of this name, if one ever greeted.
+    pub(crate) fn named(&self, name: &str) -> Option<Arc<Sensor>> {
+        let sensors = self.lock();
+        sensors.iter().find(|sensor| sensor.name() == name).cloned()
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Arc<Sensor>>> {
@@ -139,6 +146,9 @@ fn claim(
         greeting.health = None;
     }
     greeting.agent_version = hello.agent_version.clone();
+    greeting.camera = depth::sane(hello.camera);
+    let previews = greeting.camera.is_some_and(|camera| camera.depth_preview);
+    sensor.depth().greeted(previews);
     greeting.last_refusal = None;
     greeting.info = info(sensor.id(), hello, joint_set);
     sensor.set_connected(true);

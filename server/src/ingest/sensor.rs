@@ -7,6 +7,8 @@ use posefuse_proto::{WireError, v1};
 use posefuse_skeleton::{SensorId, SensorInfo, Timestamp};
 use tokio_util::sync::CancellationToken;
 
+use super::depth::Depth;
+
 /// Why a frame did not reach the engine. The engine's own reasons come on top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
@@ -21,15 +23,18 @@ pub(crate) enum Refusal {
     Duplicate,
     /// The fusion thread could not keep up.
     QueueFull,
+    /// A depth preview that is none.
+    BadPreview,
 }
 
 impl Refusal {
-    pub(crate) const ALL: [Self; 5] = [
+    pub(crate) const ALL: [Self; 6] = [
         Self::WrongLength,
         Self::TooManyBodies,
         Self::Malformed,
         Self::Duplicate,
         Self::QueueFull,
+        Self::BadPreview,
     ];
 
     /// The name used in metrics and on the dashboard.
@@ -40,6 +45,7 @@ impl Refusal {
             Self::Malformed => "malformed",
             Self::Duplicate => "duplicate",
             Self::QueueFull => "queue-full",
+            Self::BadPreview => "bad-preview",
         }
     }
 }
@@ -72,6 +78,8 @@ pub(crate) struct Greeting {
     /// What the engine was told of it.
     pub(crate) announced: Option<SensorInfo>,
     pub(crate) agent_version: String,
+    /// What its depth camera sees, where the agent knows; 0 where a number is not known.
+    pub(crate) camera: Option<v1::CameraInfo>,
     pub(crate) live: Option<Live>,
     /// The run that `last_sequence` belongs to.
     pub(crate) run_id: u64,
@@ -93,6 +101,7 @@ pub(crate) struct Sensor {
     lost: AtomicU64,
     refused: [AtomicU64; Refusal::ALL.len()],
     last_frame_ns: AtomicI64,
+    depth: Depth,
 }
 
 impl Sensor {
@@ -104,6 +113,7 @@ impl Sensor {
                 info,
                 announced: None,
                 agent_version: String::new(),
+                camera: None,
                 live: None,
                 run_id: 0,
                 last_sequence: None,
@@ -116,6 +126,7 @@ impl Sensor {
             lost: AtomicU64::new(0),
             refused: Default::default(),
             last_frame_ns: AtomicI64::new(i64::MIN),
+            depth: Depth::default(),
         }
     }
 
@@ -130,6 +141,11 @@ impl Sensor {
     /// Held for a moment only, never while waiting.
     pub(crate) fn greeting(&self) -> MutexGuard<'_, Greeting> {
         self.greeting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Its depth previews.
+    pub(crate) fn depth(&self) -> &Depth {
+        &self.depth
     }
 
     pub(crate) fn set_connected(&self, connected: bool) {

@@ -119,6 +119,10 @@ pub(crate) fn router(
             "/posefuse.v1.Room/WatchSensors",
             web.layer(shared_bytes::watch_sensors(room.clone())),
         )
+        .route_service(
+            "/posefuse.v1.Room/WatchDepth",
+            web.layer(shared_bytes::watch_depth(room.clone())),
+        )
         .route_service("/posefuse.v1.Room/{*method}", web.layer(room_server))
         .route_service("/posefuse.v1.Ingest/{*method}", ingest_server)
         .route("/metrics", get(metrics_page))

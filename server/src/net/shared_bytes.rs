@@ -1,5 +1,5 @@
-//! `Watch` and `WatchSensors` without encoding a message once per subscriber: these two methods are served ahead of
-//! the generated service, from bytes that were encoded once.
+//! `Watch`, `WatchSensors` and `WatchDepth` without encoding a message once per subscriber: they are served ahead of the
+//! generated service, from bytes that were encoded once.
 
 use std::convert::Infallible;
 use std::marker::PhantomData;
@@ -36,6 +36,14 @@ pub(super) fn watch_sensors(room: RoomService) -> Service {
     serve(move |request| {
         let room = room.clone();
         Box::pin(async move { room.open_watch_sensors(request) })
+    })
+}
+
+/// Serves `Room.WatchDepth`.
+pub(super) fn watch_depth(room: RoomService) -> Service {
+    serve(move |request| {
+        let room = room.clone();
+        Box::pin(async move { room.open_watch_depth(request) })
     })
 }
 

@@ -35,10 +35,10 @@ pub(crate) use watchman::{Noted, watch_over};
 
 use crate::drift::Drift;
 use crate::fusion_thread::{Command, Commands, Inputs, Snapshot};
-use crate::ingest::Registry;
+use crate::ingest::{Registry, watch_depth};
 use crate::net::{Connections, EncodedStream};
 use crate::repair::Meter;
-use crate::sinks::{Counters, Pace, SensorSubscriber, subscribe};
+use crate::sinks::{Counters, Pace, SensorSubscriber, place, subscribe};
 use crate::{Clock, Threads};
 
 /// Everything the service needs of the rest of the server.
@@ -126,6 +126,23 @@ impl RoomService {
             .commands
             .try_send(Command::WatchSensors(subscriber))?;
         Ok(stream)
+    }
+
+    /// One sensor's depth previews, encoded.
+    pub(crate) fn open_watch_depth(
+        &self,
+        request: tonic::Request<v1::WatchDepthRequest>,
+    ) -> Result<EncodedStream, Status> {
+        let request = request.into_inner();
+        let sensor = self.0.registry.named(&request.sensor).ok_or_else(|| {
+            Status::not_found(format!(
+                "no sensor called `{}` has joined this room",
+                request.sensor
+            ))
+        })?;
+        let place = place(&self.0.config.watch, &self.0.places)?;
+        let (clock, stop) = (self.0.clock.clone(), self.0.stop.clone());
+        watch_depth(sensor, request.max_rate_hz, place, clock, stop)
     }
 }
 

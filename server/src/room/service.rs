@@ -24,7 +24,7 @@ impl v1::room_server::Room for RoomService {
     type ReplayTakeStream = Answers<v1::ReplayEvent>;
     type CalibrateStream = Answers<v1::CalibrateEvent>;
 
-    // Over the network the next two are served from shared bytes, see `net::shared_bytes`.
+    // Over the network the next three are served from shared bytes, see `net::shared_bytes`.
     async fn watch(&self, request: Request<v1::WatchRequest>) -> Answer<Self::WatchStream> {
         Ok(Response::new(Box::pin(
             self.open_watch(request)?.map(decoded),
@@ -44,9 +44,8 @@ impl v1::room_server::Room for RoomService {
         &self,
         request: Request<v1::WatchDepthRequest>,
     ) -> Answer<Self::WatchDepthStream> {
-        let sensor = request.into_inner().sensor;
-        Err(Status::failed_precondition(format!(
-            "sensor `{sensor}` has no depth previews"
+        Ok(Response::new(Box::pin(
+            self.open_watch_depth(request)?.map(decoded),
         )))
     }
 

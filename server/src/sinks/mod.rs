@@ -14,7 +14,7 @@ use prost::Message;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use meter::{Counters, Meter};
-pub(crate) use subscriber::{Pace, Subscriber, subscribe};
+pub(crate) use subscriber::{Pace, Subscriber, place, subscribe};
 
 /// What subscribers get. Section `[watch]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

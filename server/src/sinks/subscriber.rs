@@ -29,12 +29,7 @@ pub(crate) fn subscribe(
     config: &Config,
     places: &Arc<Semaphore>,
 ) -> Result<(Subscriber, EncodedStream), Status> {
-    let place = places.clone().try_acquire_owned().map_err(|_| {
-        Status::resource_exhausted(format!(
-            "this room serves {} subscribers already: end one, or raise `max_subscribers` under `[watch]`",
-            config.max_subscribers
-        ))
-    })?;
+    let place = place(config, places)?;
     let (queue, messages) = mpsc::channel(config.queue);
     let cut = Arc::new(AtomicBool::new(false));
     let after = Duration::from_millis(config.cut_after_ms);
@@ -61,6 +56,19 @@ pub(crate) fn subscribe(
         Some((Err(end), None))
     });
     Ok((subscriber, Box::pin(stream)))
+}
+
+/// One of the places for subscribers, or why there is none.
+pub(crate) fn place(
+    config: &Config,
+    places: &Arc<Semaphore>,
+) -> Result<OwnedSemaphorePermit, Status> {
+    places.clone().try_acquire_owned().map_err(|_| {
+        Status::resource_exhausted(format!(
+            "this room serves {} subscribers already: end one, or raise `max_subscribers` under `[watch]`",
+            config.max_subscribers
+        ))
+    })
 }
 
 impl Subscriber {
