@@ -1,0 +1,256 @@
+//! The library itself: found, started, asked for devices, ended.
+#![allow(unsafe_code, reason = "calls OpenNI2's C functions")]
+
+use std::ffi::{CStr, CString, c_int};
+use std::path::{Path, PathBuf};
+use std::ptr;
+use std::sync::{Arc, Mutex, mpsc};
+use std::time::Duration;
+
+use libloading::Library;
+
+use super::OpenNiError;
+use super::api::{Api, Handle};
+use super::c::{API_VERSION, OniDeviceInfo, OniStatus, STATUS_OK, text};
+use super::events::{DeviceEvent, Listener};
+
+/// Names of the library, the likeliest first.
+#[cfg(target_os = "windows")]
+const NAMES: [&str; 1] = ["OpenNI2.dll"];
+#[cfg(target_os = "macos")]
+const NAMES: [&str; 1] = ["libOpenNI2.dylib"];
+#[cfg(not(any(target_os = "windows", target_os = "macos")))]
+const NAMES: [&str; 2] = ["libOpenNI2.so.0", "libOpenNI2.so"];
+
+/// Variables that name the folder in which the library lies.
+const FOLDERS: [&str; 2] = ["OPENNI2_REDIST64", "OPENNI2_REDIST"];
+
+/// What OpenNI2 says of a device without opening it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceInfo {
+    /// Its address, e.g. `1d27/0601@1/5`. A USB device gets another one when it is plugged in again.
+    pub uri: String,
+    /// Who made it.
+    pub vendor: String,
+    /// What it is called, e.g. `PS1080`.
+    pub name: String,
+    /// USB ids of vendor and product; 0 where it is no USB device.
+    pub usb: [u16; 2],
+}
+
+impl DeviceInfo {
+    pub(super) fn from_c(info: &OniDeviceInfo) -> Self {
+        Self {
+            uri: text(&info.uri),
+            vendor: text(&info.vendor),
+            name: text(&info.name),
+            usb: [info.usb_vendor_id, info.usb_product_id],
+        }
+    }
+}
+
+/// OpenNI2, started. It is ended when this and everything that was opened through it is dropped.
+pub struct OpenNi {
+    pub(super) api: Api,
+    library: PathBuf,
+    callbacks: Handle,
+    /// Dropped after the callbacks are unregistered; the library holds its address.
+    _listener: Box<Listener>,
+    events: Mutex<mpsc::Receiver<DeviceEvent>>,
+}
+
+// SAFETY: OpenNI2 locks its own state, so its functions may be called from any thread; the handle of the callbacks is
+// used once, when this is dropped.
+unsafe impl Send for OpenNi {}
+// SAFETY: as above; what is ours and not safe to share is behind the mutex.
+unsafe impl Sync for OpenNi {}
+
+impl OpenNi {
+    /// Loads and starts OpenNI2. `place` is the library or the folder that it lies in; without one it is looked for in
+    /// the folder that OPENNI2_REDIST names, then where the system keeps its libraries.
+    ///
+    /// Its drivers come from the folder that OPENNI2_DRIVERS_PATH names, else from the place known to the library.
+    pub fn load(place: Option<&Path>) -> Result<Arc<Self>, OpenNiError> {
+        let (library, path) = find(place)?;
+        // The library starts threads and keeps them: it is never unloaded.
+        let library: &'static Library = Box::leak(Box::new(library));
+        let api = Api::of(library).map_err(|missing| OpenNiError::NotOpenNi {
+            library: path.clone(),
+            missing,
+        })?;
+        // SAFETY: a plain call; the interface's version is the one of our declarations.
+        let status = unsafe { (api.initialize)(API_VERSION) };
+        if status != STATUS_OK {
+            let error = failed(&api, status, "start");
+            // SAFETY: pairs with the call above, which counts also when it fails for want of drivers.
+            unsafe { (api.shutdown)() };
+            return Err(error);
+        }
+        let (sender, events) = mpsc::channel();
+        let mut listener = Listener::new(sender);
+        let mut callbacks: Handle = ptr::null_mut();
+        let (table, cookie) = listener.parts();
+        // SAFETY: the listener is boxed and lives until the callbacks are unregistered in `drop`.
+        let status = unsafe { (api.register_device_callbacks)(table, cookie, &mut callbacks) };
+        let this = Self {
+            api,
+            library: path,
+            callbacks,
+            _listener: listener,
+            events: Mutex::new(events),
+        };
+        this.check(status, || "watch for devices".into())?;
+        Ok(Arc::new(this))
+    }
+
+    /// The library's file, or the name that the system found it by.
+    pub fn library(&self) -> &Path {
+        &self.library
+    }
+
+    /// E.g. `2.2.0.33`.
+    pub fn version(&self) -> String {
+        // SAFETY: a plain call.
+        let version = unsafe { (self.api.version)() };
+        format!(
+            "{}.{}.{}.{}",
+            version.major, version.minor, version.maintenance, version.build
+        )
+    }
+
+    /// The devices that are there now.
+    pub fn devices(&self) -> Result<Vec<DeviceInfo>, OpenNiError> {
+        let (mut list, mut count) = (ptr::null_mut::<OniDeviceInfo>(), 0 as c_int);
+        // SAFETY: both point to variables of the types that the function fills.
+        let status = unsafe { (self.api.device_list)(&mut list, &mut count) };
+        self.check(status, || "list the devices".into())?;
+        let count = usize::try_from(count).unwrap_or(0);
+        let mut devices = Vec::with_capacity(count);
+        for index in 0..if list.is_null() { 0 } else { count } {
+            // SAFETY: the library gave an array of `count` entries, which stays until it is released below.
+            devices.push(DeviceInfo::from_c(unsafe { &*list.add(index) }));
+        }
+        if !list.is_null() {
+            // SAFETY: given by `device_list`, released once.
+            unsafe { (self.api.release_device_list)(list) };
+        }
+        Ok(devices)
+    }
+
+    /// The next thing that happened to a device since this was loaded; `None`: nothing within `timeout`.
+    ///
+    /// Each event is given once, to whoever asks first.
+    pub fn next_event(&self, timeout: Duration) -> Option<DeviceEvent> {
+        let events = self.events.lock().ok()?;
+        events.recv_timeout(timeout).ok()
+    }
+
+    /// `Ok` when the status is; else the error with the library's own words.
+    pub(super) fn check(
+        &self,
+        status: OniStatus,
+        doing: impl FnOnce() -> String,
+    ) -> Result<(), OpenNiError> {
+        match status {
+            STATUS_OK => Ok(()),
+            status => Err(failed(&self.api, status, &doing())),
+        }
+    }
+}
+
+impl Drop for OpenNi {
+    fn drop(&mut self) {
+        // SAFETY: registered in `load` and not unregistered before; nothing that was opened is left, for it would
+        // hold this.
+        unsafe {
+            if !self.callbacks.is_null() {
+                (self.api.unregister_device_callbacks)(self.callbacks);
+            }
+            (self.api.shutdown)();
+        }
+    }
+}
+
+impl std::fmt::Debug for OpenNi {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OpenNi")
+            .field("library", &self.library)
+            .finish_non_exhaustive()
+    }
+}
+
+fn failed(api: &Api, status: OniStatus, doing: &str) -> OpenNiError {
+    // SAFETY: gives a text that ends with zero, or null; it is copied at once.
+    let text = unsafe {
+        let text = (api.extended_error)();
+        match text.is_null() {
+            true => String::new(),
+            false => CStr::from_ptr(text).to_string_lossy().into_owned(),
+        }
+    };
+    OpenNiError::Call {
+        doing: doing.to_owned(),
+        status,
+        text,
+    }
+}
+
+/// A text for C.
+pub(super) fn c_text(text: &str) -> Result<CString, OpenNiError> {
+    CString::new(text).map_err(|_| OpenNiError::ZeroByte(text.to_owned()))
+}
+
+fn find(place: Option<&Path>) -> Result<(Library, PathBuf), OpenNiError> {
+    let mut tried = Vec::new();
+    for candidate in candidates(place) {
+        // SAFETY: OpenNI2 does nothing but set up its own variables when it is loaded; that the file is OpenNI2 is
+        // what whoever named it, or installed it under this name, says.
+        match unsafe { Library::new(&candidate) } {
+            Ok(library) => return Ok((library, candidate)),
+            Err(why) => {
+                let why =
+                    std::error::Error::source(&why).map_or(why.to_string(), |why| why.to_string());
+                tried.push(match candidate.exists() {
+                    true => format!("{}: {why}", candidate.display()),
+                    false => candidate.display().to_string(),
+                });
+            }
+        }
+    }
+    Err(OpenNiError::Missing { tried })
+}
+
+/// Where the library may be. A place that was named is the only one.
+fn candidates(place: Option<&Path>) -> Vec<PathBuf> {
+    let within = |folder: &Path| NAMES.map(|name| folder.join(name)).to_vec();
+    match place {
+        Some(place) if place.is_dir() => within(place),
+        Some(place) => vec![place.to_owned()],
+        None => {
+            let folders = FOLDERS.iter().filter_map(std::env::var_os);
+            let named = folders.flat_map(|folder| within(Path::new(&folder)));
+            named.chain(NAMES.map(PathBuf::from)).collect()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_the_library_it_is_said_what_to_install() {
+        let nowhere = tempfile::tempdir().unwrap();
+        let error = OpenNi::load(Some(nowhere.path())).unwrap_err();
+        assert!(matches!(&error, OpenNiError::Missing { tried } if tried.len() == NAMES.len()));
+        let words = error.to_string();
+        assert!(
+            words.contains("apt install libopenni2-0") && words.contains("OPENNI2_REDIST"),
+            "{words}"
+        );
+        let file = nowhere.path().join("libOpenNI2.so.0");
+        std::fs::write(&file, "this is no library").unwrap();
+        let error = OpenNi::load(Some(&file)).unwrap_err().to_string();
+        assert!(error.contains(&file.display().to_string()), "{error}");
+    }
+}
