@@ -4,5 +4,10 @@
 //! forward); left and right are the person's own.
 
 mod body;
+mod config;
+mod tracker;
 
 pub use body::{Facing, TrackedBody};
+pub use config::{TrackerConfig, TrackerError};
+pub use posefuse_models::{BackendChoice, Config as ModelsConfig};
+pub use tracker::BodyTracker;

@@ -12,6 +12,7 @@ mod preview;
 mod replay;
 mod sim;
 mod take;
+mod tracked;
 
 use std::sync::Arc;
 
@@ -28,6 +29,7 @@ pub use preview::{DepthPreview, PreviewSlot};
 pub use replay::{RecordedFrame, ReplayConfig};
 pub use sim::{SimConfig, shared_epoch_unix_ns};
 pub use take::TakeConfig;
+pub use tracked::Tracked;
 
 /// What a sensor is, for the greeting.
 #[derive(Clone, Debug, PartialEq)]

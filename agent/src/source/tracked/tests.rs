@@ -1,0 +1,101 @@
+use super::*;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+use posefuse_skeleton::{AgentTime, DepthImage};
+
+/// Gives what it is handed; ends when the sender is gone.
+struct Handed {
+    frames: Receiver<Result<DepthFrame, SourceError>>,
+    every: bool,
+}
+
+fn handed(every: bool) -> (SyncSender<Result<DepthFrame, SourceError>>, Box<Handed>) {
+    let (sender, frames) = sync_channel(0);
+    (sender, Box::new(Handed { frames, every }))
+}
+
+impl DepthSource for Handed {
+    fn model(&self) -> String {
+        "handed".into()
+    }
+    fn intrinsics(&self) -> Intrinsics {
+        Intrinsics::from_view(160, 120, 1.0, 0.75)
+    }
+    fn every_frame(&self) -> bool {
+        self.every
+    }
+    fn next_frame(&mut self) -> Result<Option<DepthFrame>, SourceError> {
+        self.frames.recv().ok().transpose()
+    }
+}
+
+fn frame(number: i64) -> Result<DepthFrame, SourceError> {
+    Ok(DepthFrame {
+        captured: AgentTime::from_ns(number),
+        due_ns: None,
+        image: DepthImage::empty(160, 120),
+    })
+}
+
+fn captured(tracked: &mut Tracked) -> Option<i64> {
+    let frame = tracked.next_frame().unwrap();
+    frame.map(|frame| frame.captured.ns())
+}
+
+#[test]
+fn a_device_that_is_quicker_than_the_tracker_loses_images_and_none_comes_late() {
+    let (sender, source) = handed(false);
+    let mut tracked = Tracked::new(source, TrackerConfig::default()).unwrap();
+    // The last one's hand-over ends when it is read, so the fourth lies in the slot for sure.
+    for number in 1..=5 {
+        sender.send(frame(number)).unwrap();
+    }
+    drop(sender);
+    let mut seen = Vec::new();
+    while let Some(number) = captured(&mut tracked) {
+        seen.push(number);
+    }
+    assert_eq!(seen.last(), Some(&5));
+    assert!(seen.is_sorted() && seen[0] >= 4, "{seen:?}");
+    let skipped = tracked.skipped().load(Ordering::Relaxed);
+    assert_eq!(skipped + seen.len() as u64, 5);
+}
+
+#[test]
+fn a_file_is_tracked_image_by_image() {
+    let (sender, source) = handed(true);
+    let mut tracked = Tracked::new(source, TrackerConfig::default()).unwrap();
+    let feeder = std::thread::spawn(move || {
+        (1..=5).for_each(|number| sender.send(frame(number)).unwrap());
+    });
+    let seen: Vec<i64> = std::iter::from_fn(|| captured(&mut tracked)).collect();
+    assert_eq!(seen, [1, 2, 3, 4, 5]);
+    feeder.join().unwrap();
+}
+
+#[test]
+fn trouble_passes_and_an_image_of_another_size_is_trouble_too() {
+    let (sender, source) = handed(false);
+    let mut tracked = Tracked::new(source, TrackerConfig::default()).unwrap();
+    let wrong = DepthFrame {
+        image: DepthImage::empty(80, 60),
+        ..frame(1).unwrap()
+    };
+    sender.send(Ok(wrong)).unwrap();
+    let trouble = tracked.next_frame().unwrap_err();
+    assert!(
+        matches!(&trouble, SourceError::Trouble(why) if why.contains("[80, 60]")),
+        "{trouble}"
+    );
+    let feeder = std::thread::spawn(move || {
+        sender
+            .send(Err(SourceError::Trouble("unplugged".into())))
+            .unwrap();
+        sender.send(frame(2)).unwrap();
+    });
+    let trouble = tracked.next_frame().unwrap_err();
+    assert_eq!(trouble, SourceError::Trouble("unplugged".into()));
+    assert_eq!(captured(&mut tracked), Some(2));
+    assert_eq!(captured(&mut tracked), None);
+    feeder.join().unwrap();
+}
