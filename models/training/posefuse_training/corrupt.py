@@ -9,7 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import MAX_AGE_S, RATE_HZ
-from .joints import ARM_LEFT, ARM_RIGHT, COUNT, LEG_LEFT, LEG_RIGHT, LIMBS, LOWER_BODY
+from .joints import ARM_LEFT, ARM_RIGHT, COUNT, LEG_LEFT, LEG_RIGHT, LIMBS, LOWER_BODY, PARENTS, TREE
+
+WEAK_SIGMA_M = 0.05
+"""Standard deviation of a measurement of weight 1/2; of weight w it is this times the root of 1 / w - 1, as in the engine."""
 
 _HEAD = (2, 3)
 _HIPS = (12, 16)
@@ -45,7 +48,15 @@ class Room:
     noise_m: float = 0.012
     """Noise elsewhere has up to this standard deviation, metres; half of it wanders slowly."""
     weak: float = 0.08
-    """Share of joints measured weakly, where there are any; such have 2-4 times the noise."""
+    """Share of joints measured weakly, where there are any; such have noise as their weight says, or less."""
+    guessed: float = 0.35
+    """Share of stretches in which a tracker guesses what is hidden, instead of leaving it out."""
+    guess_m: tuple[float, float] = (0.03, 0.11)
+    """Its error, metres along each axis for a bone of 25 cm and longer; adds up along a limb, and wanders."""
+    guess_s: tuple[float, float] = (0.3, 0.8)
+    """Time constants of that."""
+    claimed: float = 0.12
+    """Share of half seconds in which a guess passes for a measurement."""
     shift: float = 0.05
     """Share of stretches in which a limb is seen beside where it is, weakly."""
     swap: float = 0.02
@@ -113,6 +124,7 @@ def measured(rng: np.random.Generator, truth: np.ndarray, mask: np.ndarray, room
     noisy = np.flatnonzero(rng.random(batch) >= room.clean)
     if len(noisy):
         level = (room.noise_m * rng.random((len(noisy), 1, 1, 1)) ** 1.5).astype(np.float32)
+        honest = rng.uniform(0.2, 1, (len(noisy), 1, 1, 1)).astype(np.float32)
         shape = (len(noisy), frames, COUNT)
         weak = (rng.random((len(noisy), 1, COUNT)) < room.weak) & (rng.random(shape) < 0.7)
         strength = np.where(weak, rng.uniform(0.1, 0.9, shape), 1.0).astype(np.float32)
@@ -122,12 +134,44 @@ def measured(rng: np.random.Generator, truth: np.ndarray, mask: np.ndarray, room
         part = (at - low).astype(np.float32)[:, None, None]
         slow = knots[:, low] * (1 - part) + knots[:, low + 1] * part
         fast = rng.standard_normal((*shape, 3), np.float32)
-        seen[noisy] += level * (0.6 * fast + 0.8 * slow) * (1 + 3 * (1 - strength[..., None]))
+        weak_m = WEAK_SIGMA_M * np.sqrt(1 / strength[..., None] - 1)
+        seen[noisy] += (level + honest * weak_m) * (0.6 * fast + 0.8 * slow)
         mask[noisy] *= strength
+    _guess(rng, truth, seen, mask, room)
     _shift(rng, seen, mask, room)
     _swap(rng, seen, room)
     seen[..., 2] += rng.normal(0, room.floor_m, (batch, 1, 1)).astype(np.float32)
     return seen, mask
+
+
+def _guess(rng, truth, seen, mask, room) -> None:
+    """Joints that are hidden are guessed: their errors wander, and a joint inherits that of the one it hangs on."""
+    which = np.flatnonzero(rng.random(len(seen)) < room.guessed)
+    hidden = (mask[which] == 0) & (rng.random((len(which), 1, COUNT)) < 0.9)
+    shape = (len(which), 1, 1)
+    kept = np.exp(-1 / RATE_HZ / rng.uniform(*room.guess_s, shape)).astype(np.float32)
+    level = rng.uniform(*room.guess_m, shape).astype(np.float32)
+    bones = np.linalg.norm(truth[which, 0] - truth[which, 0][:, PARENTS], axis=-1)
+    share = np.minimum(np.where(np.arange(COUNT) == 0, 1, bones / 0.25), 1)[..., None].astype(np.float32)
+    sure_m = rng.uniform(0.015, 0.05, (len(which), 1)).astype(np.float32)
+    own = rng.standard_normal((len(which), COUNT, 3), np.float32)
+    since = np.zeros((len(which), COUNT), np.float32)
+    for time in range(seen.shape[1]):
+        own = kept * own + np.sqrt(1 - kept**2) * rng.standard_normal(own.shape, np.float32)
+        gone = hidden[:, time]
+        since = np.where(gone, since + 1 / RATE_HZ, 0)
+        off = np.zeros_like(own)
+        for joint in TREE:
+            off[:, joint] = gone[:, joint, None] * (level[:, 0] * share[:, joint] * own[:, joint] + (joint > 0) * off[:, PARENTS[joint]])
+        # The filter forgets what it knew within a few frames; how sure it may be is told by the time since.
+        fading = (1 - np.exp(-since / 0.1))[..., None]
+        seen[which, time] += off * fading
+        odd = np.hypot(sure_m, np.minimum(0.3 * since, 0.08)) / WEAK_SIGMA_M
+        mask[which, time] = np.where(gone, 1 / (1 + odd**2), mask[which, time])
+    # Now and then a tracker is sure of its guess.
+    spells = rng.random((len(which), seen.shape[1] // 15 + 1, COUNT)) < room.claimed
+    claimed = np.repeat(spells, 15, axis=1)[:, : seen.shape[1]] & hidden
+    mask[which] = np.where(claimed, 1, mask[which])
 
 
 def _shift(rng, seen, mask, room) -> None:

@@ -80,11 +80,6 @@ def fill(model, case: Cases, before: int, after: int) -> np.ndarray:
     return np.stack(filled, axis=1)
 
 
-def fill_live(model, case: Cases, poses: int) -> np.ndarray:
-    """The same of a live model with a window of `poses`."""
-    return fill(model, case, poses - 1, 0)
-
-
 def fill_offline(model, case: Cases, poses: int) -> np.ndarray:
     """Runs a model that fills its whole window once per stretch, with the gap in the middle as far as the stretch allows."""
     made = case.window()

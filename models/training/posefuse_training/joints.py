@@ -16,6 +16,8 @@ INDEX = {name: index for index, name in enumerate(NAMES)}
 # The root, SpineBase, is its own parent.
 PARENTS = np.array([0, 0, 20, 2, 20, 4, 5, 6, 20, 8, 9, 10, 0, 12, 13, 14, 0, 16, 17, 18, 1, 7, 7, 11, 11])
 BONES = np.array([joint for joint in range(COUNT) if PARENTS[joint] != joint])
+TREE = (0, 1, 20, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 21, 22, 23, 24)
+"""All joints, each after the one it hangs on."""
 
 
 def _mirror() -> np.ndarray:

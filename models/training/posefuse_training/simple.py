@@ -35,17 +35,9 @@ def riding_velocity(case: Cases) -> np.ndarray:
 
 def gaussian(case: Cases, conditional: GaussianConditional) -> np.ndarray:
     """Average given the joints that are seen, in the person's frame, and an offset that fades so that nothing jumps."""
-    inside = slice(case.before - 1, case.before + case.gap)
-    truth = case.truth[:, inside]
-    own, _, _ = person_frame(truth)
-    size = sizes(truth)[..., None, None]
-    average = own.copy()
-    for hidden in sorted(set(case.hidden)):
-        rows = [row for row, joints in enumerate(case.hidden) if joints == hidden]
-        average[rows] = conditional(own[rows] / size[rows], hidden) * size[rows]
-    offset = (own - average)[:, :1]
+    average, off = _average(case, conditional, slice(case.before - 1, case.before + case.gap))
     age = np.arange(1, case.gap + 1)[None, :, None, None] / RATE_HZ
-    return _to_room(average[:, 1:] + offset * np.exp(-age / OFFSET_FADES_S), case)
+    return _to_room(average[:, 1:] + off[:, :1] * np.exp(-age / OFFSET_FADES_S), case)
 
 
 def linear(case: Cases) -> np.ndarray:
@@ -63,7 +55,13 @@ def linear_riding(case: Cases) -> np.ndarray:
 
 def gaussian_two_sided(case: Cases, conditional: GaussianConditional) -> np.ndarray:
     """Offline: the conditional average with the offsets of both ends, one fading into the other."""
-    inside = slice(case.before - 1, case.before + case.gap + 1)
+    average, off = _average(case, conditional, slice(case.before - 1, case.before + case.gap + 1))
+    part = (np.arange(1, case.gap + 1) / (case.gap + 1))[None, :, None, None]
+    return _to_room(average[:, 1:-1] + off[:, :1] * (1 - part) + off[:, -1:] * part, case)
+
+
+def _average(case: Cases, conditional: GaussianConditional, inside: slice) -> tuple[np.ndarray, np.ndarray]:
+    """(poses `inside` with the hidden joints where they are on average, how far the truth is from that), in the person's frame."""
     truth = case.truth[:, inside]
     own, _, _ = person_frame(truth)
     size = sizes(truth)[..., None, None]
@@ -71,9 +69,7 @@ def gaussian_two_sided(case: Cases, conditional: GaussianConditional) -> np.ndar
     for hidden in sorted(set(case.hidden)):
         rows = [row for row, joints in enumerate(case.hidden) if joints == hidden]
         average[rows] = conditional(own[rows] / size[rows], hidden) * size[rows]
-    off = own - average
-    part = (np.arange(1, case.gap + 1) / (case.gap + 1))[None, :, None, None]
-    return _to_room(average[:, 1:-1] + off[:, :1] * (1 - part) + off[:, -1:] * part, case)
+    return average, own - average
 
 
 def _coasted(step: np.ndarray, case: Cases) -> np.ndarray:

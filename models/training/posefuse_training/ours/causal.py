@@ -1,123 +1,109 @@
 """The causal model: a window of the last two seconds in, the newest pose out.
 
-Every hidden joint has several continuations: it stays where it was in the room or against the person, it goes on and slows down, it
-follows the mean of poses given the joints that are seen, with an offset that fades, or the mean given these and how all moved when
-it was last seen. All begin where the joint was last seen. The network says which to believe and what to add; what it adds grows
-with the time since the joint was seen.
+Every joint that is not measured with trust has several continuations: it stays where it was in the room or against the person,
+it goes on and slows down, it follows the mean of poses given the joints that are measured, with an offset that fades, or the mean
+given these and how all moved when it was last trusted. All begin where the joint was last trusted. A joint that is measured
+weakly (a tracker's guess) has its measurement as well, and means of it over some time. The network says which to believe and what
+to add; what it adds grows with the time since the joint was trusted.
 """
 
-from typing import NamedTuple
-
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from .. import RATE_HZ
-from ..joints import COUNT
-from .committee import Committee
 from .frames import Frames, frames
-from .network import Perceptron
-from .prior import PosePrior
-from .side import CORE, SPEED_OVER, group_matrix, history, side_of
+from .side import CORE, SPEED_OVER, history, side_of
+from .weighing import TRUSTED, Told, Weighing
 
 POSES = 64
 SPEED_LAGS = (2, 5, 10, 20, 40)
 POSE_LAGS = (8, 16, 24, 32, 44, 60)
-CONTINUATIONS = 8
-BLOCKS = [
-    ("vectors", 8 + len(SPEED_OVER) + len(SPEED_LAGS) + len(POSE_LAGS)), ("ways", len(SPEED_LAGS)), ("turns", len(SPEED_LAGS)),
-    ("scalars", 5), ("same", 2),
-]
-"""What the features are, in their order; see `committee.mirror_of`."""
-REACH_M = 0.3
+GUESS_FADES_S = (0.2, 0.7, 3.0)
+"""Weak measurements are averaged with weights that fade over so long."""
+_VECTORS = 8 + len(SPEED_OVER) + len(SPEED_LAGS) + len(POSE_LAGS)
 
 
-class Told(NamedTuple):
-    """What the network is given of each window."""
+class Causal(Weighing):
+    """See `Weighing`; t is 64, the newest pose is filled."""
 
-    features: Tensor
-    ways: Tensor
-    """(n, 25, continuations, 3) own coordinates."""
-    seconds: Tensor
-    """(n, 25) since each joint was measured."""
-    sure: Tensor
-    """(n, 25) how far each joint is measured."""
-
-
-class Causal(nn.Module):
-    """Common interface: pose (n, 64, 25, 3), mask and age (n, 64, 25) to filled (n, 1, 25, 3) and sigma (n, 1, 25)."""
+    BEFORE, AFTER = POSES - 1, 0
+    CONTINUATIONS = 8 + 1 + len(GUESS_FADES_S)
+    LEANS_ON = 7
+    BLOCKS = [
+        ("vectors", _VECTORS), ("ways", len(SPEED_LAGS)), ("turns", len(SPEED_LAGS)), ("scalars", 5), ("same", 2),
+        ("vectors", 1 + len(GUESS_FADES_S)), ("scalars", 1),
+    ]
+    FREE_S = 0.15
+    LEAST = 0.008
 
     def __init__(self, width: int = 320, blocks: int = 2, dropout: float = 0.2, dropped_features: float = 0.1, latents: int = 28):
-        super().__init__()
-        self.prior = PosePrior(latents)
         core = len(CORE)
-        features = 3 * core * (8 + len(SPEED_OVER) + len(SPEED_LAGS) + len(POSE_LAGS)) + 5 * core + 5 * len(SPEED_LAGS) + 2
-        self.network = Perceptron(features, width, blocks, COUNT * (3 + CONTINUATIONS + 1), dropout, dropped_features)
-        self.register_buffer("group", group_matrix(), persistent=False)
-        self.members = 1
+        features = 3 * core * (_VECTORS + 1 + len(GUESS_FADES_S)) + 6 * core + 5 * len(SPEED_LAGS) + 2
+        super().__init__(features, width, blocks, dropout, dropped_features, latents)
 
-    def seat(self, networks: list[nn.Module]) -> None:
-        """From now on these networks answer together, each also about the mirror image."""
-        self.network = Committee(networks, BLOCKS, COUNT * (3 + CONTINUATIONS + 1))
-        self.members = 2 * len(networks)
-
-    def begin(self, features: Tensor) -> None:
-        """Before training: standardises by these features, and leans on the continuation that is best by itself."""
-        self.network.standardise.fit(features)
-        with torch.no_grad():
-            self.network.last[1].bias.view(COUNT, -1)[:, 3 + CONTINUATIONS - 1] = 2.0
-
-    def forward(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Tensor, Tensor]:
-        told, newest = self.told(pose, mask, age)
-        own, sigma = self.answer(told)
-        return newest.room(own[:, None]), (sigma * newest.size[:, 0, 0])[:, None]
-
-    def told(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple["Told", Frames]:
-        """What the network is given, and the frame of the newest pose; nothing in it is trained."""
+    def told(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Told, Frames]:
         whole = frames(pose, mask, self.prior.usual)
-        ways, features = self.continuations(whole, whole.own(pose), pose, mask, age)
+        seconds = since_trusted(mask, age)
+        ways, features = self.continuations(whole, whole.own(pose), pose, mask, seconds)
         newest = Frames(whole.forward[:, -1:], whole.origin[:, -1:], whole.size)
-        return Told(torch.cat(features, -1), ways, age[:, -1], mask[:, -1]), newest
+        return Told(torch.cat(features, -1), ways, seconds, mask[:, -1]), newest
 
-    def answer(self, told: "Told") -> tuple[Tensor, Tensor]:
-        """The newest pose (n, 25, 3) and its deviations (n, 25), own units."""
-        # One answer, or those of a committee.
-        answers = self.network(told.features).reshape(-1, self.members, COUNT, 3 + CONTINUATIONS + 1)
-        belief = torch.softmax(answers[..., 3:-1], -1).mean(1)
-        freedom = torch.maximum(1 - torch.exp(-told.seconds / 0.15), 1 - told.sure)
-        added = REACH_M * freedom[..., None] * torch.tanh(answers[..., :3]).mean(1)
-        scale = 0.008 + 0.15 * (1 - torch.exp(-told.seconds / 0.5)) + 0.01 * (1 - told.sure)
-        return (told.ways * belief[..., None]).sum(2) + added, scale * torch.exp(answers[..., -1].mean(1).clamp(-2.5, 2.5))
-
-    def continuations(self, whole: Frames, own: Tensor, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Tensor, list[Tensor]]:
+    def continuations(self, whole: Frames, own: Tensor, pose: Tensor, mask: Tensor, since: Tensor) -> tuple[Tensor, list[Tensor]]:
         """((n, 25, continuations, 3) in own coordinates, what the network is told)."""
-        now, seen = own[:, -1], (mask[:, -1] > 0).float()
+        now, seen = own[:, -1], (mask[:, -1] >= TRUSTED).float()
         hidden = (1 - seen)[..., None]
-        side = side_of(self.prior, self.group, whole, own, pose, mask, age[:, -1] * RATE_HZ)
-        seconds = age[:, -1][..., None]
-        ways = torch.stack(
-            [
-                side.last,
-                side.in_room,
-                side.last + coasted(side.speeds[0], seconds, 0.3),
-                side.last + coasted(side.speeds[1], seconds, 0.12),
-                side.in_room + coasted(side.room_speed, seconds, 0.2),
-                side.mean + side.offset * torch.exp(-seconds / 0.4),
-                side.mean + side.offset * torch.exp(-seconds / 2),
-                side.carried,
-            ],
-            2,
-        )
-        # What is measured stays what it is, in every continuation.
+        side = side_of(self.prior, self.group, whole, own, pose, mask, since * RATE_HZ)
+        seconds = since[..., None]
+        ways = [
+            side.last,
+            side.in_room,
+            side.last + coasted(side.speeds[0], seconds, 0.3),
+            side.last + coasted(side.speeds[1], seconds, 0.12),
+            side.in_room + coasted(side.room_speed, seconds, 0.2),
+            side.mean + side.offset * torch.exp(-seconds / 0.4),
+            side.mean + side.offset * torch.exp(-seconds / 2),
+            side.carried,
+        ]
+        weak = (mask[:, -1] > 0).float()[..., None] * hidden
+        guesses, evidence = averaged(own, mask)
+        # Where nobody guesses, the carried mean stands in: belief in a guess that there is not does no harm.
+        guesses = [weak * guess + (1 - weak) * side.carried for guess in [now, *guesses]]
+        # What is measured with trust stays what it is, in every continuation.
+        ways = torch.stack(ways + guesses, 2)
         ways = seen[..., None, None] * now[:, :, None] + (1 - seen[..., None, None]) * ways
         told = [now * (1 - hidden), side.last * hidden, side.mean * hidden, side.offset * hidden, (side.carried - side.last) * hidden]
         told += [(side.in_room - side.last) * hidden, side.room_speed * hidden * 0.2, (side.mean - now) * (1 - hidden)]
         told += [speed * hidden * 0.2 for speed in side.speeds]
         features = [part[:, CORE].flatten(1) for part in told]
         features += history(self.prior.usual, whole, own, mask, SPEED_LAGS, POSE_LAGS)
-        features += [mask[:, -1, CORE], torch.exp(-age[:, -1, CORE] / 0.15), torch.exp(-age[:, -1, CORE] / 0.6)]
-        features += [age[:, -1, CORE].clamp(max=3), (side.deviation * hidden[..., 0])[:, CORE]]
+        features += [mask[:, -1, CORE], torch.exp(-since[:, CORE] / 0.15), torch.exp(-since[:, CORE] / 0.6)]
+        features += [since[:, CORE].clamp(max=3), (side.deviation * hidden[..., 0])[:, CORE]]
         features += [whole.origin[:, -1, 2:3], whole.size[:, 0, 0]]
+        features += [((guess - side.carried) * weak)[:, CORE].flatten(1) for guess in guesses]
+        features += [(evidence * weak[..., 0])[:, CORE]]
         return ways, features
+
+
+def since_trusted(mask: Tensor, age: Tensor) -> Tensor:
+    """(n, 25) seconds since each joint was measured with trust, as far as the window says."""
+    poses = mask.shape[1]
+    back = torch.arange(poses - 1, -1, -1, dtype=torch.float32, device=mask.device)[None, :, None]
+    steps = (back + poses * (mask < TRUSTED).float()).amin(1).clamp(max=poses)
+    unknown = (steps >= poses).float()
+    return (1 - unknown) * steps / RATE_HZ + unknown * age[:, -1].clamp(min=poses / RATE_HZ)
+
+
+def averaged(own: Tensor, mask: Tensor) -> tuple[list[Tensor], Tensor]:
+    """(means (n, 25, 3) of the weak measurements over each of `GUESS_FADES_S`, how many there are in the last of them (n, 25))."""
+    poses = own.shape[1]
+    back = torch.arange(poses - 1, -1, -1, dtype=torch.float32, device=own.device)
+    weights = (mask * (mask < TRUSTED).float()).transpose(1, 2)
+    fades = [torch.exp(-back / (fade_s * RATE_HZ)) for fade_s in GUESS_FADES_S]
+    share = torch.stack([weights * fade for fade in fades], 2)
+    total = share.sum(-1)
+    # (n, 25, fades, t) with (n, 25, t, 3).
+    means = torch.matmul(share, own.permute(0, 2, 1, 3)) / total.clamp(min=1e-4)[..., None]
+    return [means[:, :, index] for index in range(len(fades))], 0.1 * total[..., -1]
 
 
 def coasted(speed: Tensor, seconds: Tensor, fades: float) -> Tensor:

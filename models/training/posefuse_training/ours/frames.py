@@ -68,10 +68,10 @@ def frames(pose: Tensor, mask: Tensor, usual: Tensor) -> Frames:
     left = left / torch.sqrt((left * left).sum(-1, keepdim=True)).clamp(min=1e-6)
     forward = torch.stack([left[..., 1], -left[..., 0]], -1)
     size = sizes(pose[:, ::BONE_STEP], mask[:, ::BONE_STEP], usual)
-    trunk = (mask[..., TRUNK] > 0).float() + _NEVER
+    trunk = mask[..., TRUNK] + _NEVER
     offsets = turned_out(forward[:, :, None], usual[TRUNK] * size)
     implied = ((pose[..., TRUNK, :] - offsets) * trunk[..., None]).sum(2) / trunk.sum(2)[..., None]
-    seen = (mask[..., 0:1] > 0).float()
+    seen = mask[..., 0:1]
     return Frames(forward, seen * pose[..., 0, :] + (1 - seen) * implied, size)
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..augment import Source, Variation
 from ..cases import GAPS_S, cases
@@ -14,9 +14,10 @@ from ..corrupt import Room, Window, gaps, measured, newcomers, window
 from ..evaluate import conditional_of, simple_methods, table
 from ..fitting import Schedule, device, fit
 from ..joints import BONES, PARENTS, PARTS
+from ..pairs import Pairs
 from ..recordings import Prepared, kind_of
-from .causal import Told
 from .prior import own_spans
+from .weighing import TRUSTED, Told, Weighing
 
 LONGEST = 90
 """Poses before the window in which a gap may have begun."""
@@ -48,38 +49,67 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--evenness", type=float, default=0.8, help="1: kinds of motion are drawn as often as there is of them; 0: all alike")
     parser.add_argument("--made", type=float, default=0.1, help="share of the simulator's own motion")
     parser.add_argument("--mixed-arms", type=float, default=0.1)
+    parser.add_argument("--pairs", type=Path, help="folder written by the example `pairs`: windows of simulated rooms")
+    parser.add_argument("--paired", type=float, default=0.3, help="share of such windows")
     parser.add_argument("--check-every", type=int, default=500)
     parser.add_argument("--begin-with", type=Path, help="a run of the same shape whose weights to go on from")
     parser.add_argument("--leave-out", nargs="*", default=[], help="kinds of motion that validate instead of training")
 
 
-def train(options: argparse.Namespace, model: nn.Module, shape: Shape) -> None:
+def recipe(kind: type[Weighing]):
+    """(arguments, train, load) of a recipe for such models."""
+
+    def train_one(options: argparse.Namespace) -> None:
+        model = kind(options.width, options.blocks, options.dropout, options.dropped_features)
+        train(options, model, Shape(kind.BEFORE, kind.AFTER))
+
+    return arguments, train_one, lambda runs: load(runs, kind)
+
+
+def train(options: argparse.Namespace, model: Weighing, shape: Shape) -> None:
     """Trains `model`; with --leave-out the score is measured on those kinds, else on the held-out recordings."""
     prepared, validation = divided(Prepared.load(options.data, "train"), options.leave_out)
     source = Source([(prepared, 1 - options.made), (Prepared.load(options.data, "made"), options.made)], options.evenness)
     variation = Variation(mixed_arms=options.mixed_arms)
     model.prior.fit(own_spans(prepared))
     rng = np.random.default_rng(options.seed)
-    place = device()
+    model.to(device())
 
     def draw() -> Lesson:
-        made = windows(rng, source, options.batch, options.ends, Room(), variation, shape)
-        return lesson(model, *(torch.from_numpy(np.ascontiguousarray(a)).to(place) for a in (made.pose, made.mask, made.age, made.truth)))
+        return lesson(model, windows(rng, source, options.batch, options.ends, Room(), variation, shape))
 
-    model.to(place)
+    tests = {"left out": validation} if options.leave_out else {"held out": Prepared.load(options.data, "held_out")}
+    methods = simple_methods(conditional_of(prepared), offline=shape.after > 0)
+    splits = {name: Checks(model, shape, prepared, methods) for name, prepared in tests.items()}
     pool = Pool(draw, options.pool, options.reuse, rng)
+    paired, tested = None, None
+    if options.pairs:
+        taught, test = Pairs.load(options.pairs, shape.before).divided()
+        paired, tested = Fixed(model, taught, rng), Fixed(model, test, rng)
     if options.begin_with:
-        model.load_state_dict(torch.load(options.begin_with / "best.pt", map_location=place, weights_only=True))
+        model.load_state_dict(torch.load(options.begin_with / "best.pt", map_location=device(), weights_only=True))
     else:
         model.begin(pool.features())
-    methods = simple_methods(conditional_of(prepared), offline=shape.after > 0)
-    tests = {"left out": validation} if options.leave_out else {"held out": Prepared.load(options.data, "held_out")}
-    splits = {name: Checks(model, shape, prepared, methods) for name, prepared in tests.items()}
+
+    def loss(model: Weighing, _step: int) -> dict[str, Tensor]:
+        given = pool.next()
+        if paired is None:
+            return losses(model, given)
+        count = round(options.paired * options.batch)
+        return losses(model, together(cut(given, options.batch - count), paired.some(count)))
+
+    def check(model: Weighing) -> dict[str, float]:
+        result = checked(model, splits)
+        if tested is not None:
+            result["rooms"] = tested.error_mm(model) / tested.plain_mm
+            result["score"] += result["rooms"]
+        return result
+
     schedule = Schedule(
         steps=options.steps, minutes=options.minutes, rate=options.rate, weight_decay=options.weight_decay,
         check_every=options.check_every, choose="last",
     )
-    fit(options.run, model, lambda model, step: losses(model, pool.next()), lambda model: checked(model, splits), schedule, options.fresh)
+    fit(options.run, model, loss, check, schedule, options.fresh)
 
 
 def divided(prepared: Prepared, kinds: list[str]) -> tuple[Prepared, Prepared]:
@@ -124,9 +154,42 @@ class Lesson(NamedTuple):
 
 
 @torch.no_grad()
-def lesson(model: nn.Module, pose: Tensor, mask: Tensor, age: Tensor, truth: Tensor) -> Lesson:
+def lesson(model: Weighing, made: Window) -> Lesson:
+    """Of windows whose `truth` is that of the filled pose."""
+    arrays = (made.pose, made.mask, made.age, made.truth)
+    pose, mask, age, truth = (torch.from_numpy(np.ascontiguousarray(array)).to(device()) for array in arrays)
     told, frame = model.told(pose, mask, age)
     return Lesson(told, frame.own(truth)[:, 0], frame.size[:, 0, 0])
+
+
+def together(one: Lesson, other: Lesson) -> Lesson:
+    return _lesson([torch.cat(parts) for parts in zip(_parts(one), _parts(other))])
+
+
+def cut(given: Lesson, count: int) -> Lesson:
+    """The first `count` of them."""
+    return _lesson([part[:count] for part in _parts(given)])
+
+
+class Fixed:
+    """Lessons from simulated rooms, which are always the same."""
+
+    def __init__(self, model: Weighing, pairs: Pairs, rng: np.random.Generator, at_once: int = 256):
+        batches = [lesson(model, pairs.window(slice(begin, begin + at_once))) for begin in range(0, len(pairs), at_once)]
+        self.parts = [torch.cat(parts) for parts in zip(*(_parts(batch) for batch in batches))]
+        self.rng = rng
+        self.asked = torch.from_numpy(pairs.asked()).to(device())
+        self.plain_mm = pairs.plain_mm()
+
+    def some(self, count: int) -> Lesson:
+        rows = torch.from_numpy(self.rng.integers(0, len(self.parts[0]), count)).to(self.parts[0].device)
+        return _lesson([part[rows] for part in self.parts])
+
+    def error_mm(self, model: Weighing) -> float:
+        """Of the joints that the engine asks for and has."""
+        given = _lesson(self.parts)
+        distance = torch.sqrt(((model.answer(given.told)[0] - given.truth) ** 2).sum(-1)) * given.size
+        return 1000 * float(distance[self.asked].mean())
 
 
 class Pool:
@@ -159,24 +222,29 @@ class Pool:
         count = min(self.drawn, self.batches) * self.batch
         rows = torch.from_numpy(self.rng.integers(0, count, self.batch)).to(self.parts[0].device)
         parts = [part[rows] for part in self.parts]
-        return Lesson(Told(*parts[:-2]), *parts[-2:])
+        return _lesson(parts)
 
 
 def _parts(one: Lesson) -> list[Tensor]:
     return [*one.told, *one[1:]]
 
 
-def losses(model: nn.Module, given: Lesson) -> dict[str, Tensor]:
+def _lesson(parts: list[Tensor]) -> Lesson:
+    return Lesson(Told(*parts[:-2]), *parts[-2:])
+
+
+def losses(model: Weighing, given: Lesson) -> dict[str, Tensor]:
     """Distance relative to what is usual after that time, bone lengths, and the likelihood under the stated deviation."""
     newest, sigma = model.answer(given.told)
     seconds, sure = given.told.seconds, given.told.sure
-    gone, weak = (sure == 0).float(), ((sure > 0) & (sure < 1)).float()
+    gone, weak = (sure == 0).float(), ((sure > 0) & (sure < TRUSTED)).float()
     error = newest - given.truth
     distance = torch.sqrt((error * error).sum(-1) + 1e-6)
-    weight = (gone + 0.2 * weak) / (0.03 + 0.12 * (1 - torch.exp(-seconds / 0.5)))
+    weight = (gone + weak) / (0.03 + 0.12 * (1 - torch.exp(-seconds / 0.5)))
     place = 0.1 * (distance * weight).sum() / weight.gt(0).sum()
     bones = bone_lengths(newest) - bone_lengths(given.truth)
-    touched = torch.maximum(gone[:, BONES], gone[:, PARENTS[BONES]])
+    open_ = gone + weak
+    touched = torch.maximum(open_[:, BONES], open_[:, PARENTS[BONES]])
     bone = (bones.abs() * touched).sum() / touched.sum().clamp(min=1)
     spread = (error.detach() ** 2).sum(-1) / (2 * sigma**2) + 3 * torch.log(sigma)
     certain = (spread * (gone + weak)).sum() / (gone + weak).sum().clamp(min=1)
@@ -193,7 +261,7 @@ def bone_lengths(poses: Tensor) -> Tensor:
 class Checks:
     """The table's cases, prepared once: a trained model is measured in a second."""
 
-    def __init__(self, model: nn.Module, shape: Shape, prepared: Prepared, methods: dict, poses_per_gap: int = 5):
+    def __init__(self, model: Weighing, shape: Shape, prepared: Prepared, methods: dict, poses_per_gap: int = 5):
         self.simple, self.lessons = {}, {}
         simple_table = table(prepared, methods, shape.before + 1, max(shape.after, 15))
         for part in PARTS:
@@ -206,18 +274,18 @@ class Checks:
                 for step in np.unique(np.linspace(0, case.gap - 1, poses_per_gap).round().astype(int)):
                     filled = case.before + step
                     inside = slice(filled - shape.before, filled + shape.after + 1)
-                    given = (made.pose[:, inside], made.mask[:, inside], made.age[:, inside], made.truth[:, filled : filled + 1])
-                    lessons.append(lesson(model, *(torch.from_numpy(np.ascontiguousarray(a)).to(device()) for a in given)))
+                    given = Window(made.pose[:, inside], made.mask[:, inside], made.age[:, inside], made.truth[:, filled : filled + 1])
+                    lessons.append(lesson(model, given))
                 self.lessons[part, gap_s] = lessons
-            # The Gaussian over time, which is the last continuation, is a simple method as well.
-            own = [_mean_error(lambda told: told.ways[:, :, -1], self.lessons[part, gap_s]) for gap_s in GAPS_S]
+            # The Gaussian over time, which is one of the continuations, is a simple method as well.
+            own = [_mean_error(lambda told: told.ways[:, :, model.LEANS_ON], self.lessons[part, gap_s]) for gap_s in GAPS_S]
             self.simple[part] = np.minimum(self.simple[part], own)
 
-    def errors_mm(self, model: nn.Module) -> dict[str, np.ndarray]:
+    def errors_mm(self, model: Weighing) -> dict[str, np.ndarray]:
         """For each part one number for each gap, by the trapezium over the poses looked at."""
         return {part: np.array([_mean_error(lambda told: model.answer(told)[0], self.lessons[part, gap_s]) for gap_s in GAPS_S]) for part in PARTS}
 
-    def ratios(self, model: nn.Module) -> np.ndarray:
+    def ratios(self, model: Weighing) -> np.ndarray:
         """(parts, gaps): the model's error over the best simple method's."""
         errors = self.errors_mm(model)
         return np.array([errors[part] / self.simple[part] for part in PARTS])
@@ -235,7 +303,7 @@ def _mean_error(answer, lessons: list[Lesson]) -> float:
     return float(np.average(means, weights=weights))
 
 
-def checked(model: nn.Module, splits: dict[str, Checks]) -> dict[str, float]:
+def checked(model: Weighing, splits: dict[str, Checks]) -> dict[str, float]:
     """For each split the mean ratio to the best simple method, gaps of half a second and longer apart from the shortest."""
     result = {}
     for split, checks in splits.items():
@@ -245,7 +313,7 @@ def checked(model: nn.Module, splits: dict[str, Checks]) -> dict[str, float]:
     return result
 
 
-def load(runs: list[Path], kind: type[nn.Module]) -> nn.Module:
+def load(runs: list[Path], kind: type[Weighing]) -> Weighing:
     """The trained models of these runs as one: their networks answer together, with the first one's Gaussians."""
     models = [_one(run, kind) for run in runs]
     whole = models[0]
@@ -253,7 +321,7 @@ def load(runs: list[Path], kind: type[nn.Module]) -> nn.Module:
     return whole.eval()
 
 
-def _one(run: Path, kind: type[nn.Module]) -> nn.Module:
+def _one(run: Path, kind: type[Weighing]) -> Weighing:
     weights = torch.load(run / "best.pt", map_location="cpu", weights_only=True)
     width = weights["network.first.weight"].shape[0]
     blocks = len({key.split(".")[2] for key in weights if key.startswith("network.blocks.")})

@@ -104,8 +104,9 @@ class PosePrior(nn.Module):
         return self.mean.reshape(COUNT, 3)
 
     def information(self, mask: Tensor) -> tuple[Tensor, Tensor]:
-        """(how far each coordinate is to be trusted (n, 75), what that says of the latents (n, latents, latents))."""
-        trust = torch.stack([mask, mask, mask], -1).flatten(1) * self.precision
+        """(precision of each coordinate as it is measured (n, 75), what that says of the latents (n, latents, latents))."""
+        variance = weak_sigma_m(mask) ** 2
+        trust = torch.stack(3 * [(mask > 0).float()], -1).flatten(1) / (1 / self.precision + torch.stack(3 * [variance], -1).flatten(1))
         return trust, torch.matmul(self.basis.T, trust[..., None] * self.basis)
 
     def given(self, trust: Tensor, information: Tensor, own: Tensor) -> Tensor:
@@ -181,6 +182,11 @@ class PosePrior(nn.Module):
             guess = stretch * torch.matmul(guess, 2 * eye - torch.matmul(inner, guess))
             error = error * error * stretch / 2
         return guess
+
+
+def weak_sigma_m(mask: Tensor) -> Tensor:
+    """The standard deviation that a weight stands for, metres: 0 for 1; see `WindowJoint` of the engine."""
+    return 0.05 * torch.sqrt((1 / mask.clamp(0.05, 1) - 1).clamp(min=0))
 
 
 def _carried(ways: list[tuple[np.ndarray, float]], lag: int) -> tuple[np.ndarray, np.ndarray]:

@@ -6,61 +6,40 @@ both ends.
 """
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from .. import RATE_HZ
-from ..joints import COUNT
-from .causal import REACH_M, Told
-from .committee import Committee
 from .frames import Frames, frames
-from .network import Perceptron
-from .prior import PosePrior
-from .side import CORE, SPEED_OVER, Side, group_matrix, history, of_own_group, side_of
+from .side import CORE, SPEED_OVER, Side, history, of_own_group, side_of
+from .weighing import Told, Weighing
 
 BEFORE = AFTER = 63
 POSES = BEFORE + 1 + AFTER
 SPEED_LAGS = (2, 5, 12, 25)
 POSE_LAGS = (8, 16, 32, 56)
-CONTINUATIONS = 10
-BLOCKS = [("vectors", 4 + 2 * (4 + len(SPEED_OVER)))]
-BLOCKS += 2 * [("vectors", len(SPEED_LAGS) + len(POSE_LAGS)), ("ways", len(SPEED_LAGS)), ("turns", len(SPEED_LAGS))]
-BLOCKS += [("scalars", 7), ("same", 2)]
-"""What the features are, in their order; see `committee.mirror_of`."""
 FAR_S = 10.0
 """Taken for the time to the next measurement where the window has none."""
 
 
-class TwoSided(nn.Module):
-    """Common interface: pose (n, 127, 25, 3), mask and age (n, 127, 25) to filled (n, 1, 25, 3) and sigma (n, 1, 25)."""
+class TwoSided(Weighing):
+    """See `Weighing`; t is 127, the pose in the middle is filled."""
+
+    BEFORE, AFTER = BEFORE, AFTER
+    CONTINUATIONS = 10
+    LEANS_ON = 9
+    BLOCKS = [("vectors", 4 + 2 * (4 + len(SPEED_OVER)))]
+    BLOCKS += 2 * [("vectors", len(SPEED_LAGS) + len(POSE_LAGS)), ("ways", len(SPEED_LAGS)), ("turns", len(SPEED_LAGS))]
+    BLOCKS += [("scalars", 7), ("same", 2)]
+    FREE_S = 0.2
+    LEAST = 0.006
 
     def __init__(self, width: int = 256, blocks: int = 2, dropout: float = 0.4, dropped_features: float = 0.3, latents: int = 28):
-        super().__init__()
-        self.prior = PosePrior(latents)
         core = len(CORE)
         by_side = 3 * core * (4 + len(SPEED_OVER) + len(SPEED_LAGS) + len(POSE_LAGS)) + 5 * len(SPEED_LAGS)
         features = 2 * by_side + 3 * core * 4 + 7 * core + 2
-        self.network = Perceptron(features, width, blocks, COUNT * (3 + CONTINUATIONS + 1), dropout, dropped_features)
-        self.register_buffer("group", group_matrix(), persistent=False)
-        self.members = 1
-
-    def seat(self, networks: list[nn.Module]) -> None:
-        """From now on these networks answer together, each also about the mirror image."""
-        self.network = Committee(networks, BLOCKS, COUNT * (3 + CONTINUATIONS + 1))
-        self.members = 2 * len(networks)
-
-    def begin(self, features: Tensor) -> None:
-        """Before training: standardises by these features, and leans on the continuation that is best by itself."""
-        self.network.standardise.fit(features)
-        with torch.no_grad():
-            self.network.last[1].bias.view(COUNT, -1)[:, 3 + CONTINUATIONS - 1] = 2.0
-
-    def forward(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Tensor, Tensor]:
-        told, middle = self.told(pose, mask, age)
-        own, sigma = self.answer(told)
-        return middle.room(own[:, None]), (sigma * middle.size[:, 0, 0])[:, None]
+        super().__init__(features, width, blocks, dropout, dropped_features, latents)
 
     def told(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Told, Frames]:
-        """What the network is given, and the frame of the filled pose; nothing in it is trained."""
         whole = frames(pose, mask, self.prior.usual)
         own = whole.own(pose)
         ahead = torch.arange(1, AFTER + 1, dtype=torch.float32, device=pose.device)[None, :, None]
@@ -107,16 +86,6 @@ class TwoSided(nn.Module):
         ends = ((until < FAR_S).float()[:, None] * self.group + (1 - self.group)).amin(-1)
         mean, deviation = self.prior.between(trust, information, now.flatten(1), past.anchor, next_.anchor, ends)
         return of_own_group(self.group, mean), (deviation * self.group).sum(1)
-
-    def answer(self, told: Told) -> tuple[Tensor, Tensor]:
-        """The filled pose (n, 25, 3) and its deviations (n, 25), own units."""
-        # One answer, or those of a committee.
-        answers = self.network(told.features).reshape(-1, self.members, COUNT, 3 + CONTINUATIONS + 1)
-        belief = torch.softmax(answers[..., 3:-1], -1).mean(1)
-        freedom = torch.maximum(1 - torch.exp(-told.seconds / 0.2), 1 - told.sure)
-        added = REACH_M * freedom[..., None] * torch.tanh(answers[..., :3]).mean(1)
-        scale = 0.006 + 0.15 * (1 - torch.exp(-told.seconds / 0.5)) + 0.01 * (1 - told.sure)
-        return (told.ways * belief[..., None]).sum(2) + added, scale * torch.exp(answers[..., -1].mean(1).clamp(-2.5, 2.5))
 
 
 def continued(past: Side, next_: Side, share: Tensor, since: Tensor, until: Tensor) -> list[Tensor]:

@@ -11,7 +11,7 @@ from torch import nn
 
 from .. import export
 from ..cases import GAPS_S, cases, error_mm
-from ..evaluate import fill_live, fill_offline, torch_model
+from ..evaluate import fill, fill_offline, torch_model
 from ..joints import COUNT, PARTS
 from .experiment import Experiment
 
@@ -52,7 +52,7 @@ def gap_cases(prepared, part: str, gap_s: float, system, model):
     whole = cases(prepared, part, gap_s, poses, 15 if live else poses)
     some = slice(None, None, EVERY_CASE)
     case = replace(whole, truth=whole.truth[some], mask=whole.mask[some], there=whole.there[some], hidden=whole.hidden[some])
-    return case, (fill_live if live else fill_offline)(model, case, poses)
+    return case, fill(model, case, system.BEFORE, 0) if live else fill_offline(model, case, poses)
 
 
 def measure_spread(module: Shipped, system, run: Experiment) -> None:
