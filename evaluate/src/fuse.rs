@@ -2,13 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use posefuse_fusion::{Engine, Input, OcclusionModel, Output, RepairModel};
-use posefuse_skeleton::{RoomFrame, Timestamp};
+use posefuse_fusion::{Engine, Fill, Input, Output, RepairModel, RepairRequest};
+use posefuse_skeleton::{JointMap, RoomFrame, Timestamp};
 
 use crate::methods::{Method, ModelBeside};
 
 /// Smoothing goes back over so many frames at a time, and no frame but the last ones is smoothed by less: 3 s at 30 Hz.
 const SMOOTH_FRAMES: usize = 90;
+
+/// What a model outside the engine says to a request; nothing where it fails.
+pub(crate) type Answer<'a> = dyn FnMut(&RepairRequest) -> Vec<JointMap<Fill>> + 'a;
 
 /// Lets a new engine have `inputs`, with ticks at its own deadlines between them; ticks among the inputs only tell the
 /// time. `give` gets every frame, in order; of a method that smooths also those that wait for newer ones at the end.
@@ -27,6 +30,30 @@ pub fn fuse(
 pub(crate) fn fuse_watched(
     method: &Method,
     inputs: impl IntoIterator<Item = (Timestamp, Result<Input, Input>)>,
+    watch: impl FnMut(&Engine, &Input),
+    give: &mut dyn FnMut(RoomFrame),
+) -> Duration {
+    let Some(mut model) = method.model.as_ref().map(ModelBeside::make) else {
+        return fuse_beside(method, None, &mut |_| Vec::new(), inputs, watch, give);
+    };
+    let offered = RepairModel {
+        name: model.name().to_owned(),
+        needs: model.needs(),
+    };
+    // A model that fails answers nothing, and the engine's own stands in for it.
+    let mut answer = |request: &RepairRequest| {
+        let fills = model.fill(&request.window, request.wanted.clone());
+        fills.unwrap_or_default()
+    };
+    fuse_beside(method, Some(offered), &mut answer, inputs, watch, give)
+}
+
+/// Like [`fuse_watched`]; what the engine asks of the model `offered` is answered at once by `answer`.
+pub(crate) fn fuse_beside(
+    method: &Method,
+    offered: Option<RepairModel>,
+    answer: &mut Answer,
+    inputs: impl IntoIterator<Item = (Timestamp, Result<Input, Input>)>,
     mut watch: impl FnMut(&Engine, &Input),
     give: &mut dyn FnMut(RoomFrame),
 ) -> Duration {
@@ -36,16 +63,11 @@ pub(crate) fn fuse_watched(
     if method.smooth {
         engine.smooth_over(SMOOTH_FRAMES);
     }
-    let mut model = method.model.as_ref().map(ModelBeside::make);
-    if let Some(model) = &model {
-        engine.handle(Input::RepairModel(Some(RepairModel {
-            name: model.name().to_owned(),
-            needs: model.needs(),
-        })));
+    if offered.is_some() {
+        engine.handle(Input::RepairModel(offered));
     }
-    let mut drain = |engine: &mut Engine, frames: &mut Vec<RoomFrame>| {
-        drain(engine, model.as_deref_mut(), frames)
-    };
+    let mut drain =
+        |engine: &mut Engine, frames: &mut Vec<RoomFrame>| drain(engine, answer, frames);
     let mut deadline = drain(&mut engine, &mut frames);
     for (time, input) in inputs {
         let (Ok(shown) | Err(shown)) = &input;
@@ -78,10 +100,10 @@ pub(crate) fn fuse_watched(
     busy
 }
 
-/// Takes all outputs. A model beside the engine answers at once.
+/// Takes all outputs, and answers what is asked.
 fn drain(
     engine: &mut Engine,
-    mut model: Option<&mut (dyn OcclusionModel + 'static)>,
+    answer: &mut Answer,
     frames: &mut Vec<RoomFrame>,
 ) -> Option<Timestamp> {
     loop {
@@ -89,12 +111,8 @@ fn drain(
             Output::Frame(frame) => frames.push(frame),
             Output::Rejected(_) => {}
             Output::Repair(request) => {
-                let fills = model
-                    .as_mut()
-                    .map(|model| model.fill(&request.window, request.wanted.clone()));
-                // A model that fails answers nothing, and the engine's own stands in for it.
-                let fills = fills.and_then(Result::ok).unwrap_or_default();
-                engine.handle(Input::Repaired(Box::new(request.answer(fills))));
+                let answered = request.answer(answer(&request));
+                engine.handle(Input::Repaired(Box::new(answered)));
             }
             Output::WakeAt(deadline) => return deadline,
         }

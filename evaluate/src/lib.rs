@@ -8,6 +8,7 @@
 //! - [`SimulatedRoom`]: a simulated room as the engine's inputs; [`fuse`] lets an engine have them.
 //! - [`Method`]: the configurations that are compared.
 //! - [`suite`]: many simulated rooms, all methods on the same inputs.
+//! - [`repair_pairs`]: what occlusion models are asked in a simulated room, beside the truth, to train on.
 //! - [`repair`]: how well occlusion models fill in what no sensor saw.
 //! - [`Report`]: the result, as rows of text ([`table`]), JSON or a page; [`aims`]: what is to be reached.
 //!
@@ -24,6 +25,7 @@ mod judge;
 mod measure;
 mod methods;
 mod metrics;
+mod pairs;
 mod parallel;
 pub mod repair;
 mod report;
@@ -43,6 +45,7 @@ pub use histogram::Histogram;
 pub use judge::{Judge, Judged};
 pub use methods::{Method, ModelBeside, PRESETS, REFERENCE, preset};
 pub use metrics::{ErrorSpread, Metrics};
+pub use pairs::{Pair as RepairPair, pairs as repair_pairs};
 pub use parallel::in_parallel;
 pub use report::{Group, Report, Run};
 pub use room::{SimulatedRoom, observed_body, perfect_calibration};
