@@ -3,6 +3,7 @@ import contextlib
 import json
 import os
 import pathlib
+import shutil
 import signal
 import socket
 import subprocess
@@ -13,20 +14,20 @@ import time
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+CLIENT = ROOT / "clients/python"
 POSEFUSE = os.environ.get("POSEFUSE", str(ROOT / "target/debug/posefuse"))
 
 
 @pytest.fixture(scope="session", autouse=True)
-def generated(tmp_path_factory):
-    """Python code made from the .proto files, as any user of another language would make theirs."""
-    from grpc_tools import protoc
-
-    out = tmp_path_factory.mktemp("generated")
-    protos = sorted(str(path.relative_to(ROOT / "proto")) for path in (ROOT / "proto/posefuse/v1").glob("*.proto"))
-    arguments = ["protoc", f"-I{ROOT / 'proto'}", f"--python_out={out}", f"--grpc_python_out={out}", *protos]
-    assert protoc.main(arguments) == 0, "the .proto files do not compile with protoc"
-    sys.path.insert(0, str(out))
-    return out
+def client(tmp_path_factory):
+    """The folder with our Python package as its user has it after `pip install ./clients/python`; importable from here on."""
+    folder = tmp_path_factory.mktemp("client")
+    # Built from a copy, for building leaves things behind.
+    shutil.copytree(CLIENT, folder / "source", ignore=shutil.ignore_patterns("__pycache__", "build", "*.egg-info"))
+    install = ["install", "-q", "--no-deps", "--no-build-isolation", "--no-index", "--disable-pip-version-check"]
+    subprocess.run([sys.executable, "-m", "pip", *install, "--target", folder / "site", folder / "source"], check=True)
+    sys.path.insert(0, str(folder / "site"))
+    return folder / "site"
 
 
 @pytest.fixture(scope="session")
