@@ -2,6 +2,7 @@
 //!
 //! - [`motion`]: people who move, procedural or recorded; [`motion::Performance`] says where everybody is when.
 //! - [`load`]: recorded motion from BVH, ASF/AMC and exponential-map files.
+//! - [`depth`]: what depth sensors see of them, as images.
 //! - [`sensor`]: what simulated depth sensors and their trackers say of them, with switchable errors.
 //!
 //! A [`World`] made from a [`Scenario`] ties them together. It knows the truth; a [`SimSensor`]'s frames do not
@@ -19,6 +20,7 @@
 //! # Ok::<(), posefuse_simulator::WorldError>(())
 //! ```
 
+pub mod depth;
 pub mod load;
 pub mod motion;
 mod random;

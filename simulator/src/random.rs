@@ -38,6 +38,9 @@ pub(crate) enum Purpose {
     Furniture,
     FurnitureSeen,
     Definitions,
+    Build,
+    Grip,
+    DepthRoom,
 }
 
 /// A stream of random numbers.

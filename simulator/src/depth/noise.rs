@@ -1,0 +1,261 @@
+//! What a depth sensor makes of exact distances.
+//!
+//! Spread along and across the ray as Nguyen, Izadi and Lovell (2012) measured it on Kinect v1; steps of an eighth of a
+//! pixel of disparity; nothing where the light's projector cannot shine (beside what is nearer), at grazing angles, on dark
+//! hair and out of range.
+
+use serde::{Deserialize, Serialize};
+
+use super::canvas::{Canvas, HAIR};
+
+/// A depth sensor's errors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DepthNoise {
+    /// Spread along the ray against that of Kinect v1: 1 is 0.0012 + 0.0019 (z - 0.4)^2 metres and more at an angle.
+    pub along: f64,
+    /// Spread across the ray, pixels of an image 640 wide (Kinect v1: 0.8).
+    pub across_px: f64,
+    /// From the camera to the projector of structured light, metres to the right; it makes shadows and steps. 0: the
+    /// sensor measures time of flight.
+    pub baseline_m: f64,
+    /// How likely pixels are lost at grazing angles, at edges and on hair: 1 as usual, 0 never.
+    pub holes: f64,
+    /// Nearest and furthest distance that is measured, metres.
+    pub range_m: [f64; 2],
+}
+
+impl Default for DepthNoise {
+    fn default() -> Self {
+        Self::structured_light()
+    }
+}
+
+impl DepthNoise {
+    /// Kinect v1, Xtion, Astra.
+    pub fn structured_light() -> Self {
+        Self {
+            along: 1.0,
+            across_px: 0.8,
+            baseline_m: 0.075,
+            holes: 1.0,
+            range_m: [0.5, 8.0],
+        }
+    }
+
+    /// Kinect v2, Azure Kinect, Femto.
+    pub fn time_of_flight() -> Self {
+        Self {
+            along: 0.5,
+            across_px: 0.5,
+            baseline_m: 0.0,
+            holes: 0.6,
+            range_m: [0.4, 5.5],
+        }
+    }
+
+    /// Exact distances.
+    pub fn none() -> Self {
+        Self {
+            along: 0.0,
+            across_px: 0.0,
+            baseline_m: 0.0,
+            holes: 0.0,
+            range_m: [0.05, 60.0],
+        }
+    }
+}
+
+/// Share of pixels that are lost for no reason.
+const SPECKLES: f32 = 0.001;
+/// Tangents of the angle to the ray at which pixels begin to be lost, and at which none is left.
+const GRAZING: [f32; 2] = [2.5, 7.0];
+/// Neighbours further from each other than this share of their distance are an edge.
+const EDGE_SHARE: f32 = 0.04;
+/// How many pixels at an edge are lost.
+const LOST_AT_EDGES: f32 = 0.25;
+/// Share of the spread along the ray that neighbouring pixels have in common: sensors match blocks.
+const IN_COMMON: f32 = 0.6;
+/// Steps in a pixel of disparity, in an image 640 wide.
+const STEPS: f32 = 8.0;
+
+/// Millimetres as the sensor gives them. `hair_holes`: for each owner what share of their hair is lost.
+pub(super) fn measured(
+    canvas: &Canvas,
+    noise: &DepthNoise,
+    hair_holes: &[f32],
+    seed: u64,
+) -> Vec<u16> {
+    let mut millimetres = vec![0; canvas.depth.len()];
+    let sensor = Measuring::new(canvas, noise, hair_holes, seed);
+    let mut shadow = vec![false; canvas.width];
+    for (v, row) in millimetres.chunks_exact_mut(canvas.width).enumerate() {
+        sensor.shadows(v, &mut shadow);
+        for (u, here) in row.iter_mut().enumerate() {
+            if !shadow[u] {
+                *here = sensor.pixel(u, v);
+            }
+        }
+    }
+    millimetres
+}
+
+struct Measuring<'a> {
+    canvas: &'a Canvas,
+    hair_holes: &'a [f32],
+    seed: u64,
+    along: f32,
+    across: f32,
+    holes: f32,
+    /// Pixels (of this image) times metres: disparity is this over the distance.
+    disparity: f32,
+    steps: f32,
+    range: [f32; 2],
+}
+
+impl<'a> Measuring<'a> {
+    fn new(canvas: &'a Canvas, noise: &DepthNoise, hair_holes: &'a [f32], seed: u64) -> Self {
+        let wide = canvas.width as f32 / 640.0;
+        Self {
+            canvas,
+            hair_holes,
+            seed: mixed(seed),
+            along: noise.along as f32,
+            across: noise.across_px as f32 * wide,
+            holes: noise.holes as f32,
+            disparity: canvas.focal[0] * noise.baseline_m as f32,
+            steps: STEPS / wide,
+            range: noise.range_m.map(|range| range as f32),
+        }
+    }
+
+    /// Where row `v` gets no light: what the projector sees in the other order is behind something.
+    fn shadows(&self, v: usize, shadow: &mut [bool]) {
+        shadow.fill(false);
+        if self.disparity == 0.0 {
+            return;
+        }
+        let row = &self.canvas.depth[v * self.canvas.width..][..self.canvas.width];
+        let last = row.len() - 1;
+        let mut furthest = f32::INFINITY;
+        for step in 0..row.len() {
+            // From the projector's side; mirrored if it is on the left.
+            let u = if self.disparity > 0.0 {
+                last - step
+            } else {
+                step
+            };
+            let sees = u as f32 - self.disparity / row[u];
+            let sees = if self.disparity > 0.0 { sees } else { -sees };
+            shadow[u] = sees > furthest + 0.5;
+            furthest = furthest.min(sees);
+        }
+    }
+
+    fn pixel(&self, u: usize, v: usize) -> u16 {
+        let random = mixed(self.seed ^ ((v as u64) << 32 | u as u64));
+        let [a, b] = [normal(random as u32), normal((random >> 32) as u32)];
+        let more = mixed(random);
+        let (u, v) = (shifted(u, a * self.across, self.canvas.width), {
+            shifted(v, b * self.across, self.canvas.height)
+        });
+        let at = v * self.canvas.width + u;
+        let z = self.canvas.depth[at];
+        if !(self.range[0]..=self.range[1]).contains(&z) {
+            return 0;
+        }
+        let (slope, edge) = self.slope(u, v, z);
+        if self.is_lost(more as u32, at, slope, edge, (u, v)) {
+            return 0;
+        }
+        let block = mixed(self.seed ^ 0x5bd1 ^ (((v / 2) as u64) << 32 | (u / 2) as u64));
+        let together = normal(block as u32) * IN_COMMON.sqrt();
+        let alone = normal((more >> 32) as u32) * (1.0 - IN_COMMON).sqrt();
+        let z = self.stepped(z + self.along * spread(z, slope) * (together + alone));
+        if !(self.range[0]..=self.range[1]).contains(&z) {
+            return 0;
+        }
+        (z * 1000.0 + 0.5).clamp(1.0, 65_535.0) as u16
+    }
+
+    /// Tangent of the angle between surface normal and optical axis, and whether a neighbour is far behind or before.
+    fn slope(&self, u: usize, v: usize, z: f32) -> (f32, bool) {
+        let (width, depth) = (self.canvas.width, &self.canvas.depth);
+        let at = v * width + u;
+        let left = if u > 0 { depth[at - 1] } else { z };
+        let right = if u + 1 < width { depth[at + 1] } else { z };
+        let above = if v > 0 { depth[at - width] } else { z };
+        let below = if v + 1 < self.canvas.height {
+            depth[at + width]
+        } else {
+            z
+        };
+        let edge = [left, right, above, below]
+            .iter()
+            .any(|near| (near - z).abs() > EDGE_SHARE * z);
+        // At an edge the flatter side tells how the surface lies.
+        let flatter = |a: f32, b: f32| (a - z).abs().min((b - z).abs()).min(z);
+        let x = flatter(left, right) * self.canvas.focal[0] / z;
+        let y = flatter(above, below) * self.canvas.focal[1] / z;
+        ((x * x + y * y).sqrt(), edge)
+    }
+
+    fn is_lost(&self, random: u32, at: usize, slope: f32, edge: bool, uv: (usize, usize)) -> bool {
+        if self.holes == 0.0 {
+            return false;
+        }
+        let steep = ((slope - GRAZING[0]) / (GRAZING[1] - GRAZING[0])).clamp(0.0, 1.0);
+        let mut lost = SPECKLES + steep + if edge { LOST_AT_EDGES } else { 0.0 };
+        let tag = self.canvas.tags[at];
+        if tag & HAIR != 0 {
+            // In tufts that stay where they are, not pixel by pixel.
+            let tuft = mixed(u64::from(tag) << 40 ^ ((uv.1 / 3) as u64) << 20 ^ (uv.0 / 3) as u64);
+            let share = self.hair_holes.get(usize::from(tag & !HAIR)).copied();
+            let share = share.unwrap_or(0.0);
+            let thin = if unit(tuft as u32) < share {
+                0.9
+            } else {
+                0.1 * share
+            };
+            lost += thin;
+        }
+        unit(random) < lost * self.holes
+    }
+
+    fn stepped(&self, z: f32) -> f32 {
+        if self.disparity == 0.0 || z <= 0.0 {
+            return z;
+        }
+        let by = self.disparity.abs() * self.steps;
+        by / ((by / z + 0.5) as u32).max(1) as f32
+    }
+}
+
+/// Spread along the ray at distance `z` on a surface whose normal is at the angle with this tangent, metres. Nguyen's ratio
+/// of the angle to what is left to 90 degrees is nearly the tangent.
+fn spread(z: f32, tangent: f32) -> f32 {
+    let flat = 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4);
+    flat + 1e-4 / z.max(0.1).sqrt() * (tangent * tangent).min(400.0)
+}
+
+fn shifted(at: usize, by: f32, count: usize) -> usize {
+    ((at as f32 + by + 0.5).max(0.0) as usize).min(count - 1)
+}
+
+/// SplitMix64's finaliser.
+fn mixed(value: u64) -> u64 {
+    let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+fn unit(random: u32) -> f32 {
+    (random >> 8) as f32 / (1u32 << 24) as f32
+}
+
+/// Nearly normal, spread 1: four bytes' sum.
+fn normal(random: u32) -> f32 {
+    let sum: u32 = random.to_le_bytes().into_iter().map(u32::from).sum();
+    (sum as f32 - 510.0) / 147.8
+}
