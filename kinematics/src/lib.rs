@@ -2,7 +2,23 @@
 //!
 //! Pure: no I/O, no clock. Room axes throughout (X forward, Y left, Z up), metres, radians. See [`Rig`] for what a
 //! rotation means.
+//!
+//! - [`Body`]: the measures of a person, learned from fused tracks; [`Body::rig`] is their rig in the T-pose.
+//! - [`Solver`]: one person's tracks, frame by frame, to poses of that rig.
+//! - [`Config`]: every function of it, on or off.
 
+mod body;
+mod bones;
+mod config;
+mod direct;
+mod posture;
 mod rig;
+mod solver;
 
+pub use body::{Arm, Body, Learner, Leg};
+pub use config::{
+    Config, ConfigError, ExtraConfig, FeetConfig, FitConfig, HandsConfig, HoldConfig, LimitsConfig,
+    LookAt, LookConfig, Start,
+};
 pub use rig::{Bone, Rig, RigPose};
+pub use solver::{Contact, HandState, Solved, Solver};
