@@ -773,9 +773,12 @@ pub struct WatchDepthRequest {
     /// Its name.
     #[prost(string, tag = "1")]
     pub sensor: ::prost::alloc::string::String,
-    /// 0: as many as the server lets through, 10 a second.
+    /// Of each sensor. 0: as many as the server lets through, 10 a second.
     #[prost(double, tag = "2")]
     pub max_rate_hz: f64,
+    /// The names of further ones, on the same stream.
+    #[prost(string, repeated, tag = "3")]
+    pub more_sensors: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
 }
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct WatchStatusRequest {
@@ -1759,8 +1762,8 @@ pub mod room_client {
                 .insert(GrpcMethod::new("posefuse.v1.Room", "WatchSensors"));
             self.inner.server_streaming(req, path, codec).await
         }
-        /// Small depth images of one sensor as they come, while somebody watches; their bodies have the 25 canonical joints.
-        /// NOT_FOUND: there is no such sensor; FAILED_PRECONDITION: its agent has none to give. A subscriber that cannot keep
+        /// Small depth images of sensors as they come, while somebody watches; their bodies have the 25 canonical joints.
+        /// NOT_FOUND: there is no such sensor; FAILED_PRECONDITION: an agent has none to give. A subscriber that cannot keep
         /// up gets the newest only. The stream stays open while the agent is away.
         pub async fn watch_depth(
             &mut self,
@@ -2276,8 +2279,8 @@ pub mod room_server {
             >
             + std::marker::Send
             + 'static;
-        /// Small depth images of one sensor as they come, while somebody watches; their bodies have the 25 canonical joints.
-        /// NOT_FOUND: there is no such sensor; FAILED_PRECONDITION: its agent has none to give. A subscriber that cannot keep
+        /// Small depth images of sensors as they come, while somebody watches; their bodies have the 25 canonical joints.
+        /// NOT_FOUND: there is no such sensor; FAILED_PRECONDITION: an agent has none to give. A subscriber that cannot keep
         /// up gets the newest only. The stream stays open while the agent is away.
         async fn watch_depth(
             &self,
