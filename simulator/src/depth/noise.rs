@@ -74,8 +74,10 @@ const GRAZING: [f32; 2] = [2.5, 7.0];
 const EDGE_SHARE: f32 = 0.04;
 /// How many pixels at an edge are lost.
 const LOST_AT_EDGES: f32 = 0.25;
-/// Share of the spread along the ray that neighbouring pixels have in common: sensors match blocks.
-const IN_COMMON: f32 = 0.6;
+/// How much of the spread along the ray neighbouring pixels have in common, and how much is each pixel's own (squares
+/// sum to 1): sensors match blocks.
+const IN_COMMON: f32 = 0.775;
+const OWN: f32 = 0.632;
 /// Steps in a pixel of disparity, in an image 640 wide.
 const STEPS: f32 = 8.0;
 
@@ -164,21 +166,21 @@ impl<'a> Measuring<'a> {
         if !(self.range[0]..=self.range[1]).contains(&z) {
             return 0;
         }
-        let (slope, edge) = self.slope(u, v, z);
-        if self.is_lost(more as u32, at, slope, edge, (u, v)) {
+        let (slope2, edge) = self.slope(u, v, z);
+        if self.is_lost(more as u32, at, slope2, edge, (u, v)) {
             return 0;
         }
         let block = mixed(self.seed ^ 0x5bd1 ^ (((v / 2) as u64) << 32 | (u / 2) as u64));
-        let together = normal(block as u32) * IN_COMMON.sqrt();
-        let alone = normal((more >> 32) as u32) * (1.0 - IN_COMMON).sqrt();
-        let z = self.stepped(z + self.along * spread(z, slope) * (together + alone));
+        let together = normal(block as u32) * IN_COMMON;
+        let alone = normal((more >> 32) as u32) * OWN;
+        let z = self.stepped(z + self.along * spread(z, slope2) * (together + alone));
         if !(self.range[0]..=self.range[1]).contains(&z) {
             return 0;
         }
         (z * 1000.0 + 0.5).clamp(1.0, 65_535.0) as u16
     }
 
-    /// Tangent of the angle between surface normal and optical axis, and whether a neighbour is far behind or before.
+    /// Squared tangent of the angle between surface normal and optical axis, and whether a neighbour is far behind or before.
     fn slope(&self, u: usize, v: usize, z: f32) -> (f32, bool) {
         let (width, depth) = (self.canvas.width, &self.canvas.depth);
         let at = v * width + u;
@@ -195,16 +197,17 @@ impl<'a> Measuring<'a> {
             .any(|near| (near - z).abs() > EDGE_SHARE * z);
         // At an edge the flatter side tells how the surface lies.
         let flatter = |a: f32, b: f32| (a - z).abs().min((b - z).abs()).min(z);
-        let x = flatter(left, right) * self.canvas.focal[0] / z;
-        let y = flatter(above, below) * self.canvas.focal[1] / z;
-        ((x * x + y * y).sqrt(), edge)
+        let x = flatter(left, right) * self.canvas.focal[0];
+        let y = flatter(above, below) * self.canvas.focal[1];
+        ((x * x + y * y) / (z * z), edge)
     }
 
-    fn is_lost(&self, random: u32, at: usize, slope: f32, edge: bool, uv: (usize, usize)) -> bool {
+    fn is_lost(&self, random: u32, at: usize, slope2: f32, edge: bool, uv: (usize, usize)) -> bool {
         if self.holes == 0.0 {
             return false;
         }
-        let steep = ((slope - GRAZING[0]) / (GRAZING[1] - GRAZING[0])).clamp(0.0, 1.0);
+        let [begin, end] = GRAZING.map(|tangent| tangent * tangent);
+        let steep = ((slope2 - begin) / (end - begin)).clamp(0.0, 1.0);
         let mut lost = SPECKLES + steep + if edge { LOST_AT_EDGES } else { 0.0 };
         let tag = self.canvas.tags[at];
         if tag & HAIR != 0 {
@@ -232,10 +235,10 @@ impl<'a> Measuring<'a> {
 }
 
 /// Spread along the ray at distance `z` on a surface whose normal is at the angle with this tangent, metres. Nguyen's ratio
-/// of the angle to what is left to 90 degrees is nearly the tangent.
-fn spread(z: f32, tangent: f32) -> f32 {
+/// of the angle to what is left to 90 degrees is nearly the tangent; his factor 1e-4 / sqrt(z) is taken for 2 m.
+fn spread(z: f32, squared_tangent: f32) -> f32 {
     let flat = 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4);
-    flat + 1e-4 / z.max(0.1).sqrt() * (tangent * tangent).min(400.0)
+    flat + 7e-5 * squared_tangent.min(400.0)
 }
 
 fn shifted(at: usize, by: f32, count: usize) -> usize {
