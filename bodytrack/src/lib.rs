@@ -3,11 +3,25 @@
 //! For sensors that bring no body tracker. Positions are metres in the sensor's optical frame (x right, y down, z
 //! forward); left and right are the person's own.
 
+mod background;
 mod body;
+mod claims;
+mod confidence;
 mod config;
+pub mod crop;
+mod estimate;
+mod facing;
+mod flesh;
+mod floor;
+mod lens;
+mod people;
+mod segments;
+mod sight;
+mod steps;
 mod tracker;
 
 pub use body::{Facing, TrackedBody};
 pub use config::{TrackerConfig, TrackerError};
-pub use posefuse_models::{BackendChoice, Config as ModelsConfig};
+pub use posefuse_models::{BackendChoice, Config as ModelsConfig, Runtime};
+pub use steps::{Step, Steps};
 pub use tracker::BodyTracker;
