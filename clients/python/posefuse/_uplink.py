@@ -259,7 +259,8 @@ class _Connection:
                 call.cancel()
                 return
             with self._state.changed:
-                self._state.changed.wait_for(lambda: self._over, timeout=left)
+                if not self._over:
+                    self._state.changed.wait(left)
 
     def _hear(self, message: pb.ServerMessage) -> None:
         received_ns, self._heard = self._clock(), time.monotonic()

@@ -75,15 +75,16 @@ class Room:
         #: Everything else that a room can do: the generated stub of `proto/posefuse/v1/room.proto`.
         self.stub = room_pb2_grpc.RoomStub(self._channel)
 
-    def watch(self, max_rate_hz: float = 0.0) -> Iterator[RoomFrame]:
-        """Fused people as they come; 0: every frame."""
-        for frame in self._stream(self.stub.Watch(room_pb2.WatchRequest(max_rate_hz=max_rate_hz))):
+    def watch(self, max_rate_hz: float = 0.0, seconds: float | None = None) -> Iterator[RoomFrame]:
+        """Fused people as they come, for so many seconds or for ever; 0: every frame. An empty room gives few or none."""
+        request = room_pb2.WatchRequest(max_rate_hz=max_rate_hz)
+        for frame in self._stream(self.stub.Watch, request, seconds):
             yield RoomFrame(frame.number, frame.time_ns, [_person(track) for track in frame.tracks])
 
-    def watch_sensors(self, *sensors: str, max_rate_hz: float = 0.0) -> Iterator[SensorFrame]:
-        """Raw skeletons of these sensors (all, if none is named) as they come."""
+    def watch_sensors(self, *sensors: str, max_rate_hz: float = 0.0, seconds: float | None = None) -> Iterator[SensorFrame]:
+        """Raw skeletons of these sensors (all, if none is named) as they come, for so many seconds or for ever."""
         request = room_pb2.WatchSensorsRequest(sensors=sensors, max_rate_hz=max_rate_hz)
-        for seen in self._stream(self.stub.WatchSensors(request)):
+        for seen in self._stream(self.stub.WatchSensors, request, seconds):
             bodies = {body.tracking_id: _joints(body) for body in seen.bodies}
             yield SensorFrame(seen.sensor, seen.sequence, seen.captured_ns, seen.received_ns, bodies)
 
@@ -104,11 +105,13 @@ class Room:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _stream(self, call):
+    def _stream(self, method, request, seconds: float | None):
+        call = method(request, timeout=seconds)
         try:
             yield from call
         except grpc.RpcError as error:
-            if call.code() is not grpc.StatusCode.CANCELLED:
+            over = seconds is not None and call.code() is grpc.StatusCode.DEADLINE_EXCEEDED
+            if not over and call.code() is not grpc.StatusCode.CANCELLED:
                 raise self._failed(error) from None
         finally:
             call.cancel()
