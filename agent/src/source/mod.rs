@@ -7,6 +7,7 @@
 pub mod csv;
 mod depth;
 mod drive;
+pub mod openni;
 mod pace;
 mod preview;
 mod replay;
@@ -25,6 +26,7 @@ use crate::Clock;
 pub use csv::CsvConfig;
 pub use depth::{DepthFrame, DepthSource};
 pub(crate) use drive::{SourceEvent, inline, inline_queue, on_thread};
+pub use openni::OpenNiConfig;
 pub use preview::{DepthPreview, PreviewSlot};
 pub use replay::{RecordedFrame, ReplayConfig};
 pub use sim::{SimConfig, shared_epoch_unix_ns};
@@ -125,6 +127,9 @@ pub enum SourceConfig {
     Take(TakeConfig),
     /// One Kinect of a recorded two-Kinect session.
     Csv(CsvConfig),
+    /// A depth sensor or recording of OpenNI2's, with a body tracker behind it.
+    #[serde(rename = "openni")]
+    OpenNi(OpenNiConfig),
 }
 
 impl SourceConfig {
@@ -134,6 +139,10 @@ impl SourceConfig {
             Self::Sim(config) => Box::new(sim::SimSource::open(config, clock)?),
             Self::Csv(config) => Box::new(csv::open(config, clock.as_ref())?),
             Self::Take(config) => Box::new(take::open(config, clock.as_ref())?),
+            Self::OpenNi(config) => {
+                let depth = openni::open(config, clock)?;
+                Box::new(Tracked::new(depth, config.tracker.clone())?)
+            }
         })
     }
 }

@@ -100,6 +100,20 @@ pub fn sensors() -> Vec<UsbSensor> {
     sensors_in(Path::new("/sys/bus/usb/devices"), Path::new("/dev/bus/usb"))
 }
 
+/// What a sensor with these USB ids is called.
+pub fn model(ids: [u16; 2]) -> Option<&'static str> {
+    known(ids).map(|known| known.0)
+}
+
+fn known([vendor, product]: [u16; 2]) -> Option<(&'static str, Driver)> {
+    let fits =
+        |of: u16, which: Option<u16>| of == vendor && which.is_none_or(|which| which == product);
+    let mut fitting = KNOWN.iter().filter(|(of, which, ..)| fits(*of, *which));
+    fitting
+        .next()
+        .map(|(_, _, model, driver)| (*model, *driver))
+}
+
 /// What can be said of a device that gives no picture although it is there: words for the user, often none.
 ///
 /// `ids`: of the device, as [`DeviceInfo::usb`](super::DeviceInfo::usb) has them; zeros where it is none of USB's.
@@ -154,13 +168,11 @@ fn sensor(folder: &Path, nodes: &Path) -> Option<UsbSensor> {
     let id = |name: &str| u16::from_str_radix(read(name)?.trim(), 16).ok();
     let number = |name: &str| read(name)?.trim().parse::<u32>().ok();
     let (vendor, product) = (id("idVendor")?, id("idProduct")?);
-    let known = KNOWN
-        .iter()
-        .find(|(of, which, ..)| *of == vendor && which.is_none_or(|which| which == product))?;
+    let (model, driver) = known([vendor, product])?;
     let (bus, device) = (number("busnum")?, number("devnum")?);
     Some(UsbSensor {
-        model: known.2,
-        driver: known.3,
+        model,
+        driver,
         ids: [vendor, product],
         bus,
         speed_mbit: number("speed").unwrap_or(0),
