@@ -71,12 +71,14 @@ class WatchSensorsRequest(_message.Message):
     def __init__(self, sensors: _Optional[_Iterable[str]] = ..., max_rate_hz: _Optional[float] = ...) -> None: ...
 
 class WatchDepthRequest(_message.Message):
-    __slots__ = ("sensor", "max_rate_hz")
+    __slots__ = ("sensor", "max_rate_hz", "more_sensors")
     SENSOR_FIELD_NUMBER: _ClassVar[int]
     MAX_RATE_HZ_FIELD_NUMBER: _ClassVar[int]
+    MORE_SENSORS_FIELD_NUMBER: _ClassVar[int]
     sensor: str
     max_rate_hz: float
-    def __init__(self, sensor: _Optional[str] = ..., max_rate_hz: _Optional[float] = ...) -> None: ...
+    more_sensors: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, sensor: _Optional[str] = ..., max_rate_hz: _Optional[float] = ..., more_sensors: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class WatchStatusRequest(_message.Message):
     __slots__ = ("max_rate_hz",)

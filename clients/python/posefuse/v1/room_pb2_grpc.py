@@ -166,8 +166,8 @@ class RoomServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def WatchDepth(self, request, context):
-        """Small depth images of one sensor as they come, while somebody watches; their bodies have the 25 canonical joints.
-        NOT_FOUND: there is no such sensor; FAILED_PRECONDITION: its agent has none to give. A subscriber that cannot keep
+        """Small depth images of sensors as they come, while somebody watches; their bodies have the 25 canonical joints.
+        NOT_FOUND: there is no such sensor; FAILED_PRECONDITION: an agent has none to give. A subscriber that cannot keep
         up gets the newest only. The stream stays open while the agent is away.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
