@@ -2,6 +2,7 @@
 
 import { render } from "preact";
 import { startLive } from "./state/live";
+import { startPlan } from "./state/plan";
 import { startPrefs } from "./state/prefs";
 import { startHarms } from "./state/sensors";
 import { startSpeech } from "./state/speech";
@@ -16,6 +17,8 @@ import "./styles/view.css";
 import "./styles/weights.css";
 import "./styles/wizard.css";
 import "./styles/calibrations.css";
+import "./styles/depth.css";
+import "./styles/plan.css";
 
 startPrefs();
 startKeys();
@@ -24,4 +27,5 @@ startTitle();
 startHarms();
 startSpots();
 startSpeech();
+startPlan();
 render(<App />, document.getElementById("app")!);

@@ -14,6 +14,12 @@ export interface Palette {
   axes: [Color, Color, Color];
   sources: Record<Source, Color>;
   sensors: Color[];
+  /** Places that none, one, two, three or more sensors see. */
+  coverage: Color[];
+  /** Where the next sensor would stand. */
+  next: Color;
+  warn: Color;
+  bad: Color;
 }
 
 export function cssColour(name: string): string {
@@ -31,6 +37,10 @@ export function readPalette(): Palette {
     axes: [colour("--axis-x"), colour("--axis-y"), colour("--axis-z")],
     sources: { measured: colour("--measured"), inferred: colour("--inferred"), repaired: colour("--repaired") },
     sensors: Array.from({ length: SENSOR_COLOURS }, (_, i) => colour(`--sensor-${i}`)),
+    coverage: [0, 1, 2, 3].map((sensors) => colour(`--cover-${sensors}`)),
+    next: colour("--accent"),
+    warn: colour("--warn"),
+    bad: colour("--bad"),
   };
 }
 

@@ -3,12 +3,15 @@
 import { AmbientLight, DirectionalLight, PerspectiveCamera, Scene, Spherical, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Frame } from "../model/frame";
+import type { PlanShown } from "../model/plan";
 import type { RawBody } from "../model/raw";
+import { CloudView, type Cloud } from "./cloud";
 import { AXIS_TIPS, Floor } from "./floor";
 import { frameAll } from "./fit";
 import { Labels, type Label } from "./labels";
 import { readPalette } from "./palette";
 import { PeopleView } from "./people";
+import { PlanView } from "./plan";
 import { RawView } from "./raw";
 import { labelPlace, SensorsView, type SensorMark } from "./sensors";
 
@@ -36,10 +39,13 @@ export class RoomScene {
   private people = new PeopleView();
   private raw = new RawView();
   private sensors = new SensorsView();
+  private clouds = new CloudView();
+  private plan = new PlanView();
   private labels: Labels;
   private marks: SensorMark[] = [];
   private frame: Frame = { time: 0, people: [], malformed: 0 };
   private followed: string | null = null;
+  private planned: PlanShown | null = null;
   private labelsShown = true;
   private dirty = true;
   private running = true;
@@ -67,7 +73,7 @@ export class RoomScene {
     this.controls.update();
     const key = new DirectionalLight(0xffffff, 2);
     key.position.set(3, -4, 8);
-    this.scene.add(new AmbientLight(0xffffff, 1.6), key, this.floor.group, this.sensors.group, this.raw.group, this.people.group);
+    this.scene.add(new AmbientLight(0xffffff, 1.6), key, this.floor.group, this.sensors.group, this.raw.group, this.people.group, this.clouds.group, this.plan.group);
     this.resizer = new ResizeObserver(() => this.resize());
     this.resizer.observe(host);
     this.resize();
@@ -92,7 +98,7 @@ export class RoomScene {
   paint(): void {
     const palette = readPalette();
     this.scene.background = palette.background;
-    for (const part of [this.floor, this.people, this.raw, this.sensors]) part.paint(palette);
+    for (const part of [this.floor, this.people, this.raw, this.sensors, this.clouds, this.plan]) part.paint(palette);
     this.setFrame(this.frame, this.followed);
   }
 
@@ -120,6 +126,21 @@ export class RoomScene {
     this.dirty = true;
   }
 
+  setClouds(clouds: readonly Cloud[]): void {
+    this.host.dataset["cloud"] = String(this.clouds.update(clouds));
+    this.dirty = true;
+  }
+
+  /** Shows a plan of the room, or none; brings it into view when it comes. */
+  setPlan(plan: PlanShown | null, still: boolean): void {
+    const came = plan !== null && this.planned === null;
+    this.planned = plan;
+    this.plan.update(plan);
+    this.host.dataset["plan"] = String(plan?.sensors.length ?? "");
+    this.name();
+    if (came && this.kept) this.look(this.kept, still);
+  }
+
   setShown(shown: { halos: boolean; cones: boolean; labels: boolean }): void {
     this.people.showHalos = shown.halos;
     this.sensors.showCones = shown.cones;
@@ -135,6 +156,7 @@ export class RoomScene {
         const text = `${mark.name}${mark.muted ? " (muted)" : ""}${mark.live ? "" : " ⚠"}`;
         labels.push({ key: `sensor ${mark.id}`, text, kind: mark.live ? "sensor" : "sensor dead", at: labelPlace(mark) });
       }
+      labels.push(...this.plan.labels());
       for (const person of this.frame.people) {
         const at = topOf(person.joints);
         if (!at) continue;
@@ -209,7 +231,8 @@ export class RoomScene {
     for (const { joints } of this.frame.people) {
       for (const joint of joints) if (joint) points.push(new Vector3(joint.x, joint.y, joint.z));
     }
-    if (this.marks.length === 0) points.push(new Vector3(-2, -2, 0), new Vector3(2, -2, 0), new Vector3(-2, 2, 0), new Vector3(2, 2, 1.8));
+    points.push(...this.plan.points());
+    if (this.marks.length === 0 && !this.planned) points.push(new Vector3(-2, -2, 0), new Vector3(2, -2, 0), new Vector3(-2, 2, 0), new Vector3(2, 2, 1.8));
     return points;
   }
 

@@ -1,7 +1,8 @@
-// The live room: keeps the three streams open while they are wanted, and turns what comes into state.
+// The live room: keeps the four streams open while they are wanted, and turns what comes into state.
 //
-// A browser holds at most six connections to an origin over HTTP/1.1, and each stream is one. So raw skeletons are
-// streamed only while shown, nothing but the status while a take is replayed, and nothing at all in a hidden tab.
+// A browser holds at most six connections to an origin over HTTP/1.1, and each stream is one. So raw skeletons and depth
+// are streamed only while shown (all sensors' depth on one stream), no people while a take is replayed, and nothing at
+// all in a hidden tab.
 
 import { effect, signal, untracked } from "@preact/signals";
 import type { RoomStatus } from "../gen/posefuse/v1/room_pb";
@@ -10,6 +11,7 @@ import { decodeFrame } from "../model/frame";
 import { placeBodies, rigidOf } from "../model/raw";
 import { explain, room } from "../net/client";
 import { keepOpen, type Kept, type KeepOptions, type LinkState } from "../net/keep";
+import { depthWanted, forgetDepth, takeDepth } from "./depth";
 import { recordSensors, recordSpeeds } from "./plots";
 import { colourOf, connection, EMPTY, frames, notify, peopleIds, rawBodies, replay, show, status, statusAt } from "./store";
 import { refreshTakes } from "./takes";
@@ -17,6 +19,7 @@ import { refreshTakes } from "./takes";
 const STATUS_HZ = 4;
 const FRAMES_HZ = 60;
 const RAW_HZ = 30;
+const DEPTH_HZ = 10;
 /** The server tells its state at least once a second. */
 const STATUS_SILENCE_MS = 4000;
 /** People who are no longer streamed vanish; raw bodies sooner, since sensors deliver steadily. */
@@ -73,6 +76,16 @@ export function startLive(): void {
       stop();
       rawBodies.set(new Map());
     };
+  });
+  effect(() => {
+    const wanted = depthWanted.value.split("\n").filter((name) => name !== "");
+    untracked(() => forgetDepth(wanted));
+    const [sensor, ...moreSensors] = wanted;
+    if (!visible.value || !online.value || sensor === undefined) return;
+    return track({
+      open: (signal) => room.watchDepth({ sensor, moreSensors, maxRateHz: DEPTH_HZ }, { signal }),
+      onMessage: takeDepth,
+    });
   });
   setInterval(dropStale, 250);
 }

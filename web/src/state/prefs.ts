@@ -1,5 +1,5 @@
-// What this browser remembers: the theme, and whether single keys are shortcuts; and until it is closed, which figures
-// of the joints are shown.
+// What this browser remembers: the theme, whether single keys are shortcuts, and planned sensors; and until it is closed,
+// which figures of the joints are shown.
 
 import { effect, signal } from "@preact/signals";
 
@@ -7,7 +7,8 @@ import type { Quantity } from "../model/contribution";
 
 export type Theme = "system" | "light" | "dark";
 
-function read(key: string): string | null {
+/** What this browser keeps under a name. */
+export function kept(key: string): string | null {
   try {
     return localStorage.getItem(key);
   } catch {
@@ -15,7 +16,8 @@ function read(key: string): string | null {
   }
 }
 
-function write(key: string, value: string): void {
+/** Keeps something, if the browser does. */
+export function keep(key: string, value: string): void {
   try {
     localStorage.setItem(key, value);
   } catch {
@@ -26,9 +28,9 @@ function write(key: string, value: string): void {
 const THEME = "posefuse.theme";
 const KEYS = "posefuse.keys";
 
-const stored = read(THEME);
+const stored = kept(THEME);
 export const theme = signal<Theme>(stored === "light" || stored === "dark" ? stored : "system");
-export const singleKeys = signal(read(KEYS) !== "off");
+export const singleKeys = signal(kept(KEYS) !== "off");
 
 export const quantity = signal<Quantity>("weight");
 
@@ -44,9 +46,9 @@ export function startPrefs(): void {
     const resolved = theme.value === "system" ? (systemDark.value ? "dark" : "light") : theme.value;
     document.documentElement.dataset["theme"] = resolved;
     resolvedTheme.value = resolved;
-    write(THEME, theme.value);
+    keep(THEME, theme.value);
   });
-  effect(() => write(KEYS, singleKeys.value ? "on" : "off"));
+  effect(() => keep(KEYS, singleKeys.value ? "on" : "off"));
 }
 
 export function toggleTheme(): void {

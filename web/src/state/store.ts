@@ -63,6 +63,7 @@ export const show = {
   halos: signal(true),
   cones: signal(true),
   labels: signal(true),
+  clouds: signal(true),
 };
 
 export type Calibrating =
@@ -89,7 +90,7 @@ export const calibrateBlocked = computed(() => {
 });
 export const canCalibrate = computed(() => calibrateBlocked.value === "");
 
-export type DialogName = "help" | "config" | "calibrations" | "weights" | "recalibrated";
+export type DialogName = "help" | "config" | "calibrations" | "weights" | "recalibrated" | "depth";
 export const dialog = signal<"none" | DialogName>("none");
 
 export interface Notice {

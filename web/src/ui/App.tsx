@@ -1,5 +1,6 @@
 // The page: status bar, sensors left, room in the middle, takes right.
 
+import { planOpen } from "../state/plan";
 import { calibrating, replay } from "../state/store";
 import { Banners, Notices } from "./Banners";
 import { CalibrationCard } from "./calibrate/Card";
@@ -7,10 +8,12 @@ import { CalibrationsDialog } from "./calibrate/Kept";
 import { CalibratePanel } from "./calibrate/Panel";
 import { ConfigDialog, HelpDialog } from "./Dialogs";
 import { Outputs } from "./Outputs";
+import { PlanPanel } from "./plan/Panel";
 import { Plots } from "./Plots";
 import { RecordBar } from "./RecordBar";
 import { ReplayBar } from "./ReplayBar";
 import { RoomView } from "./RoomView";
+import { DepthDialog } from "./sensors/Depth";
 import { RecalibratedDialog } from "./sensors/Recalibrated";
 import { Sensors } from "./sensors/Sensors";
 import { WeightsDialog } from "./sensors/Weights";
@@ -33,13 +36,15 @@ export function App() {
           <Plots />
         </main>
         <aside class="column right" aria-label="Takes and outputs">
-          {calibrating.value.kind === "closed" ? (
+          {calibrating.value.kind !== "closed" ? (
+            <CalibratePanel />
+          ) : planOpen.value ? (
+            <PlanPanel />
+          ) : (
             <>
               <Takes />
               <Outputs />
             </>
-          ) : (
-            <CalibratePanel />
           )}
         </aside>
       </div>
@@ -49,6 +54,7 @@ export function App() {
       <CalibrationsDialog />
       <WeightsDialog />
       <RecalibratedDialog />
+      <DepthDialog />
     </>
   );
 }

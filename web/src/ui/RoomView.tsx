@@ -5,13 +5,17 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { SensorState } from "../gen/posefuse/v1/room_pb";
 import { dateTime, plural } from "../model/format";
 import { rigidOf } from "../model/raw";
+import type { Cloud } from "../scene/cloud";
 import type { SensorMark } from "../scene/sensors";
 import { RoomScene, type Preset } from "../scene/room";
+import { depthClouds } from "../state/depth";
+import { planOpen, planShown } from "../state/plan";
 import { reducedMotion, resolvedTheme } from "../state/prefs";
 import { replayPlaces } from "../state/replay";
 import { chosenId, colourOf, connection, followed, frames, peopleIds, rawBodies, replay, sensors, show } from "../state/store";
 import { Empty } from "./Empty";
 import { Legend } from "./Legend";
+import { PlanLegend } from "./plan/Legend";
 import { view } from "./keys";
 
 const PRESETS: { preset: Preset; label: string; key: string }[] = [
@@ -37,6 +41,7 @@ export function RoomView() {
     const stops = [
       frames.on((frame) => scene.current?.setFrame(frame, followed.value)),
       rawBodies.on((bodies) => scene.current?.setRaw([...bodies.values()].flat())),
+      depthClouds.on(() => showClouds(scene.current)),
     ];
     return () => {
       stops.forEach((stop) => stop());
@@ -65,6 +70,7 @@ export function RoomView() {
       </div>
       {replay.value && <ReplayBanner />}
       {trouble ? <p class="view-message" role="alert">{trouble}</p> : <Empty />}
+      {planOpen.value && <PlanLegend />}
       <Legend />
     </section>
   );
@@ -77,10 +83,25 @@ function useSceneState(scene: { current: RoomScene | null }): void {
     scene.current?.setSensors(marks, reducedMotion());
   });
   useSignalEffect(() => scene.current?.setShown({ halos: show.halos.value, cones: show.cones.value, labels: show.labels.value }));
+  useSignalEffect(() => {
+    if (show.clouds.value || sensors.value) showClouds(scene.current);
+  });
+  useSignalEffect(() => scene.current?.setPlan(planShown.value, reducedMotion()));
   useSignalEffect(() => scene.current?.setFrame(frames.value, followed.value));
   useSignalEffect(() => {
     if (resolvedTheme.value) scene.current?.paint();
   });
+}
+
+/** Depth in the room, of the sensors whose preview is open and whose place is known. */
+function showClouds(scene: RoomScene | null): void {
+  const clouds: Cloud[] = [];
+  for (const s of show.clouds.peek() && !replay.peek() ? sensors.peek() : []) {
+    const name = s.info?.name ?? "";
+    const [image, rigid] = [depthClouds.value.get(name), rigidOf(s.roomFromSensor)];
+    if (image && rigid) clouds.push({ sensor: name, colour: colourOf(name), rigid, image });
+  }
+  scene?.setClouds(clouds);
 }
 
 function liveMarks(): SensorMark[] {
@@ -164,7 +185,11 @@ function ViewButtons() {
         <Toggle on={show.raw} label="Raw" hint="W" testid="toggle-raw" title="Raw skeletons of the sensors" />
         <Toggle on={show.halos} label="Halos" hint="U" testid="toggle-halos" title="Uncertainty, two standard deviations" />
         <Toggle on={show.cones} label="Cones" hint="C" testid="toggle-cones" title="What the sensors see" />
+        <Toggle on={show.clouds} label="Depth" hint="D" testid="toggle-clouds" title="Depth of the sensors whose preview is open" />
         <Toggle on={show.labels} label="Labels" hint="L" testid="toggle-labels" title="Names of people and sensors" />
+      </div>
+      <div class="segmented" role="group" aria-label="Planning">
+        <Toggle on={planOpen} label="Plan" hint="O" testid="plan-button" title="Plan where sensors stand: what they see, and who disturbs whom" />
       </div>
     </div>
   );

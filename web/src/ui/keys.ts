@@ -2,6 +2,7 @@
 
 import { calibrating, canCalibrate, dialog, followed, peopleIds, chosenId, replay, show } from "../state/store";
 import { closeReplay, seek, togglePlay } from "../state/replay";
+import { planOpen } from "../state/plan";
 import { singleKeys, toggleTheme } from "../state/prefs";
 import { toggleRecording } from "../state/takes";
 import type { Preset } from "../scene/room";
@@ -31,6 +32,8 @@ export const SHORTCUTS: Shortcut[] = [
   { key: "w", label: "W", text: "Raw skeletons of the sensors", run: () => flip(show.raw) },
   { key: "u", label: "U", text: "Uncertainty halos", run: () => flip(show.halos) },
   { key: "c", label: "C", text: "View cones of the sensors", run: () => flip(show.cones) },
+  { key: "d", label: "D", text: "Depth in the room, of open previews", run: () => flip(show.clouds) },
+  { key: "o", label: "O", text: "Plan the room", run: () => flip(planOpen) },
   { key: "l", label: "L", text: "Labels", run: () => flip(show.labels) },
   { key: "p", label: "P", text: "Follow the next person in the plots", run: nextPerson },
   { key: " ", label: "Space", text: "Replay: play or pause", run: togglePlay, when: replaying },

@@ -4,10 +4,12 @@ import { useState } from "preact/hooks";
 import { SensorState, type SensorStatus } from "../../gen/posefuse/v1/room_pb";
 import { explainDrift } from "../../model/drift";
 import { count, fixed, offset } from "../../model/format";
+import { depthOpen, toggleDepth } from "../../state/depth";
 import { harms, mute, muting } from "../../state/sensors";
 import { colourOf, connection } from "../../state/store";
 import { Bar } from "../Bar";
 import { RecalibrateButton } from "./Alarms";
+import { DepthPanel } from "./Depth";
 import { JointFigure } from "./JointFigure";
 import { STATES } from "./states";
 
@@ -17,6 +19,7 @@ export function SensorCard({ sensor }: { sensor: SensorStatus }) {
   const name = sensor.info?.name ?? "";
   const gone = told !== SensorState.LIVE;
   const [more, setMore] = useState(false);
+  const depth = depthOpen.value.has(name);
   const harm = sensor.muted || gone ? "" : (harms.value.get(name) ?? "");
   return (
     <li
@@ -60,10 +63,19 @@ export function SensorCard({ sensor }: { sensor: SensorStatus }) {
         <span title={`Agent clock minus server clock; drift ${fixed(sensor.clockDriftPpm, 1, "ppm")}`}>
           <span class="weight-name">Clock</span> <span class="tabular">{offset(sensor.clockOffsetMs, sensor.clockErrorMs)}</span>
         </span>
-        <button type="button" class="quiet small" aria-expanded={more} aria-label={`More of ${name}`} data-testid="more" onClick={() => setMore(!more)}>
-          More <span aria-hidden="true">{more ? "▴" : "▾"}</span>
-        </button>
+        <span class="card-buttons">
+          <button
+            type="button" class="quiet small" aria-expanded={depth} aria-label={`Depth of ${name}`} data-testid="depth-button"
+            title={sensor.depthPreview ? "What the sensor sees" : "This sensor has no depth to show"} onClick={() => toggleDepth(name)}
+          >
+            Depth <span aria-hidden="true">{depth ? "▴" : "▾"}</span>
+          </button>
+          <button type="button" class="quiet small" aria-expanded={more} aria-label={`More of ${name}`} data-testid="more" onClick={() => setMore(!more)}>
+            More <span aria-hidden="true">{more ? "▴" : "▾"}</span>
+          </button>
+        </span>
       </div>
+      {depth && <DepthPanel sensor={sensor} />}
       {more && <More sensor={sensor} />}
     </li>
   );
