@@ -155,6 +155,9 @@ impl<'a> Measuring<'a> {
     }
 
     fn pixel(&self, u: usize, v: usize) -> u16 {
+        if self.canvas.depth[v * self.canvas.width + u] == f32::INFINITY {
+            return 0;
+        }
         let random = mixed(self.seed ^ ((v as u64) << 32 | u as u64));
         let [a, b] = [normal(random as u32), normal((random >> 32) as u32)];
         let more = mixed(random);
