@@ -1,6 +1,8 @@
 // What is checked on the page, in the order an operator would do it.
 
 import { calibration } from "./calibration.mjs";
+import { depth, noDepth } from "./depth.mjs";
+import { plan } from "./plan.mjs";
 
 const attribute = (page, testid, name) => page.getByTestId(testid).getAttribute(name);
 const pressed = async (page, testid) => (await attribute(page, testid, "aria-pressed")) === "true";
@@ -27,6 +29,8 @@ export async function emptyRoom(page, report, { url }) {
 export async function fullRoom(page, report, opts) {
   await room(page, report, opts);
   await view(page, report);
+  await noDepth(page, report);
+  await plan(page, report);
   const take = `e2e_${Date.now() % 1_000_000}`;
   await record(page, report, take);
   await replay(page, report, take);
@@ -34,6 +38,13 @@ export async function fullRoom(page, report, opts) {
   await keyboard(page, report);
   await appearance(page, report);
   await serverGone(page, report);
+}
+
+/** A room whose sensors have depth previews. */
+export async function depthRoom(page, report, opts) {
+  await room(page, report, opts);
+  await depth(page, report);
+  await plan(page, report);
 }
 
 async function room(page, report, { sensors, waitMs }) {

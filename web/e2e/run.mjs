@@ -8,11 +8,12 @@ import { mkdir } from "node:fs/promises";
 import { existsSync } from "node:fs";
 import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
-import { emptyRoom, fullRoom } from "./checks.mjs";
+import { depthRoom, emptyRoom, fullRoom } from "./checks.mjs";
 import { Report } from "./report.mjs";
 
-const USAGE = `usage: npm run e2e -- URL OUTDIR [--expect-empty] [--sensors N] [--wait SECONDS]
+const USAGE = `usage: npm run e2e -- URL OUTDIR [--expect-empty | --expect-depth] [--sensors N] [--wait SECONDS]
   --expect-empty   the server has no sensor: check what the page says then, and nothing else
+  --expect-depth   the sensors have depth previews: check these and planning, and nothing else
   --sensors N      how many live sensors to wait for (4)
   --wait SECONDS   how long to wait for sensors, calibration and a person (120)
   CHROMIUM         environment: the browser to use, if not found by itself`;
@@ -34,13 +35,14 @@ function options() {
       allowPositionals: true,
       options: {
         "expect-empty": { type: "boolean", default: false },
+        "expect-depth": { type: "boolean", default: false },
         sensors: { type: "string", default: "4" },
         wait: { type: "string", default: "120" },
       },
     });
     if (positionals.length !== 2) usage(`expected a URL and a folder, found ${positionals.length} arguments`);
     return {
-      url: new URL(positionals[0]), out: positionals[1], empty: values["expect-empty"],
+      url: new URL(positionals[0]), out: positionals[1], empty: values["expect-empty"], depth: values["expect-depth"],
       sensors: Number(values.sensors), waitMs: 1000 * Number(values.wait),
     };
   } catch (error) {
@@ -65,7 +67,7 @@ try {
     if (!answer?.ok()) throw new Error(`GET ${opts.url.href} answered ${answer?.status()}`);
     await page.getByTestId("connection").waitFor();
   });
-  await (opts.empty ? emptyRoom : fullRoom)(page, report, opts);
+  await (opts.empty ? emptyRoom : opts.depth ? depthRoom : fullRoom)(page, report, opts);
   report.finish();
 } finally {
   await browser.close();

@@ -45,8 +45,8 @@ struct Slot {
 
 #[derive(Debug, Default)]
 struct State {
-    /// The last preview that was taken in, by the sensor's clock.
-    last: Option<AgentTime>,
+    /// Since the first one was taken in.
+    pace: Option<Pace>,
     newest: Option<DepthPreview>,
     /// The uplink, while it waits.
     waker: Option<Waker>,
@@ -70,7 +70,8 @@ impl PreviewSlot {
     /// Whether the image caught at this moment would be kept. Cheap while nobody watches.
     pub fn is_wanted(&self, captured: AgentTime) -> bool {
         let interval_ns = self.0.interval_ns.load(Ordering::Relaxed);
-        interval_ns != NEVER && is_due(self.lock().last, captured, interval_ns)
+        let due = |pace: Pace| pace.is_due(captured.ns(), interval_ns);
+        interval_ns != NEVER && self.lock().pace.is_none_or(due)
     }
 
     /// Leaves an image, of the given camera, with the bodies tracked in it; says whether it was kept. An older one that
@@ -98,10 +99,11 @@ impl PreviewSlot {
         let waker = {
             let mut state = self.lock();
             // Nobody watches any more since a moment ago.
-            if self.0.interval_ns.load(Ordering::Relaxed) == NEVER {
+            let interval_ns = self.0.interval_ns.load(Ordering::Relaxed);
+            if interval_ns == NEVER {
                 return false;
             }
-            state.last = Some(captured);
+            state.pace = Some(Pace::after(state.pace, captured.ns(), interval_ns));
             state.newest = Some(preview);
             state.waker.take()
         };
@@ -122,7 +124,7 @@ impl PreviewSlot {
         let mut state = self.lock();
         self.0.interval_ns.store(interval_ns, Ordering::Relaxed);
         if interval_ns == NEVER {
-            (state.newest, state.last) = (None, None);
+            (state.newest, state.pace) = (None, None);
         }
     }
 
@@ -143,13 +145,32 @@ impl PreviewSlot {
     }
 }
 
-/// Whether the next preview is due. An image a little early still is, or 30 Hz thinned to 10 would become 7.5; so is one
-/// from before the last (the device came back, a file began anew).
-fn is_due(last: Option<AgentTime>, captured: AgentTime, interval_ns: i64) -> bool {
-    last.is_none_or(|last| {
-        let since_ns = captured.ns().saturating_sub(last.ns());
-        !(0..interval_ns / 10 * 9).contains(&since_ns)
-    })
+/// How previews follow each other, nanoseconds of the sensor's clock.
+#[derive(Clone, Copy, Debug)]
+struct Pace {
+    last_ns: i64,
+    next_ns: i64,
+}
+
+impl Pace {
+    /// Whether an image is due. One a little early is, or 30 Hz thinned to 10 would become 7.5; so is one from before the
+    /// last (the device came back, a file began anew).
+    fn is_due(self, captured_ns: i64, interval_ns: i64) -> bool {
+        captured_ns < self.last_ns || captured_ns.saturating_add(interval_ns / 10) >= self.next_ns
+    }
+
+    fn after(before: Option<Self>, captured_ns: i64, interval_ns: i64) -> Self {
+        // A schedule, so that what came early does not make the rate higher; but what was late is not made up for.
+        let scheduled_ns = before
+            .filter(|before| before.last_ns <= captured_ns)
+            .map_or(captured_ns, |before| {
+                before.next_ns.max(captured_ns.saturating_sub(interval_ns))
+            });
+        Self {
+            last_ns: captured_ns,
+            next_ns: scheduled_ns.saturating_add(interval_ns),
+        }
+    }
 }
 
 #[cfg(test)]

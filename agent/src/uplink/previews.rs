@@ -18,8 +18,9 @@ use crate::{DepthPreview, PreviewSlot, wire};
 
 /// With more frames than this unacknowledged, half a second at 30 Hz, the server is behind.
 const MANY: usize = 16;
-/// The server acknowledges every 50 ms; a frame behind a preview that took longer than this was held up by it.
-const LONG: Duration = Duration::from_millis(250);
+/// The server acknowledges every 50 ms, which is seen with the next frame; a frame behind a preview that took longer than
+/// this was held up by it.
+const LONG: Duration = Duration::from_millis(150);
 /// So many times as long as it took, the next preview waits after one that took long.
 const REST: u32 = 4;
 /// A preview whose frame has not come by then is dropped.
@@ -49,6 +50,7 @@ impl Previews {
 
     /// The next preview for a connection that has room now and nothing else to carry.
     pub(super) fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<Message> {
+        self.arrived(Instant::now());
         loop {
             let (since, preview) = match self.held.take() {
                 Some(held) => held,
@@ -69,29 +71,27 @@ impl Previews {
         }
     }
 
+    /// Looks whether the last preview is through, and how long that took.
+    fn arrived(&mut self, now: Instant) {
+        let Some((went, behind)) = self.under_way else {
+            return;
+        };
+        if self.shared.lock().buffer.oldest() <= behind {
+            return;
+        }
+        self.under_way = None;
+        let took = now - went;
+        if took > LONG {
+            self.rest_until = Some(now + took * REST);
+        }
+    }
+
     /// The number of the frame that will follow, if the connection bears a preview now.
     fn may_go(&mut self, now: Instant) -> Option<u64> {
-        let (unsent, waiting, acknowledged, next) = {
-            let state = self.shared.lock();
-            let buffer = &state.buffer;
-            (
-                buffer.has_unsent(),
-                buffer.len(),
-                buffer.oldest(),
-                buffer.captured(),
-            )
-        };
-        if let Some((went, behind)) = self.under_way {
-            if acknowledged <= behind {
-                return None;
-            }
-            self.under_way = None;
-            let took = now - went;
-            if took > LONG {
-                self.rest_until = Some(now + took * REST);
-            }
-        }
         let resting = self.rest_until.is_some_and(|until| now < until);
-        (!unsent && waiting <= MANY && !resting).then_some(next)
+        let state = self.shared.lock();
+        let busy = state.buffer.has_unsent() || state.buffer.len() > MANY;
+        let free = self.under_way.is_none() && !resting && !busy;
+        free.then_some(state.buffer.captured())
     }
 }

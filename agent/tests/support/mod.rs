@@ -48,6 +48,10 @@ pub(crate) struct Log {
     pub(crate) ack_late: bool,
     /// Tell the agent to stop after this many frames.
     pub(crate) stop_after: Option<usize>,
+    /// After so many frames ask for so many previews a second.
+    pub(crate) preview_wishes: Vec<(usize, f64)>,
+    /// The previews that came, and when, by the server's clock.
+    pub(crate) previews: Vec<(i64, v1::DepthPreview)>,
 }
 
 impl Log {
@@ -165,6 +169,19 @@ fn hear(log: &SharedLog, message: AgentMessage, returned_ns: i64, sent: &[i64]) 
             if log.ack_every > 0 && log.frames.len().is_multiple_of(log.ack_every) {
                 answers.push(Down::Ack(v1::Ack { sequence }));
             }
+            let came = log.frames.len();
+            let wishes = log
+                .preview_wishes
+                .iter()
+                .filter(|(after, _)| *after == came);
+            answers.extend(wishes.map(|(_, max_rate_hz)| {
+                let wish = v1::PreviewRequest {
+                    max_rate_hz: *max_rate_hz,
+                };
+                Down::Command(v1::Command {
+                    command: Some(v1::command::Command::Preview(wish)),
+                })
+            }));
             if log.stop_after == Some(log.frames.len()) {
                 let command = v1::command::Command::Stop("the room closes".into());
                 answers.push(Down::Command(v1::Command {
@@ -179,7 +196,7 @@ fn hear(log: &SharedLog, message: AgentMessage, returned_ns: i64, sent: &[i64]) 
             agent_sent_ns: echo.agent_sent_ns,
         }),
         Up::Health(health) => log.health.push(health),
-        Up::Preview(_) => panic!("a depth preview that nobody asked for"),
+        Up::Preview(preview) => log.previews.push((returned_ns, preview)),
     }
     answers
 }

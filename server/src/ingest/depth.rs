@@ -94,11 +94,11 @@ impl Depth {
 struct Watching {
     sensor: Arc<Sensor>,
     number: u64,
-    _place: OwnedSemaphorePermit,
+    _place: Arc<OwnedSemaphorePermit>,
 }
 
 impl Watching {
-    fn new(sensor: Arc<Sensor>, rate_hz: f64, place: OwnedSemaphorePermit) -> Self {
+    fn new(sensor: Arc<Sensor>, rate_hz: f64, place: Arc<OwnedSemaphorePermit>) -> Self {
         let mut number = 0;
         sensor.depth().change(|watchers| {
             number = watchers.next;
@@ -127,7 +127,7 @@ impl Drop for Watching {
 pub(crate) fn watch(
     sensor: Arc<Sensor>,
     max_rate_hz: f64,
-    place: OwnedSemaphorePermit,
+    place: Arc<OwnedSemaphorePermit>,
     clock: Arc<dyn Clock>,
     stop: CancellationToken,
 ) -> Result<EncodedStream, Status> {

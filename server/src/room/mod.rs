@@ -7,6 +7,7 @@ mod calibrations;
 mod catalogue;
 mod history;
 mod mute;
+mod plan;
 mod recording;
 mod replay;
 mod sensors;
@@ -15,9 +16,11 @@ mod status;
 mod takes;
 mod watchman;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use futures_util::stream::select_all;
 use posefuse_proto::v1;
 use posefuse_session::Storage;
 use posefuse_skeleton::SensorId;
@@ -128,21 +131,34 @@ impl RoomService {
         Ok(stream)
     }
 
-    /// One sensor's depth previews, encoded.
+    /// Sensors' depth previews, encoded.
     pub(crate) fn open_watch_depth(
         &self,
         request: tonic::Request<v1::WatchDepthRequest>,
     ) -> Result<EncodedStream, Status> {
         let request = request.into_inner();
-        let sensor = self.0.registry.named(&request.sensor).ok_or_else(|| {
-            Status::not_found(format!(
-                "no sensor called `{}` has joined this room",
-                request.sensor
-            ))
-        })?;
-        let place = place(&self.0.config.watch, &self.0.places)?;
-        let (clock, stop) = (self.0.clock.clone(), self.0.stop.clone());
-        watch_depth(sensor, request.max_rate_hz, place, clock, stop)
+        let place = Arc::new(place(&self.0.config.watch, &self.0.places)?);
+        let mut streams = Vec::new();
+        // A sensor that is named twice is watched once.
+        let names: BTreeSet<_> = [&request.sensor]
+            .into_iter()
+            .chain(&request.more_sensors)
+            .collect();
+        for name in names {
+            let sensor = self.0.registry.named(name).ok_or_else(|| {
+                Status::not_found(format!("no sensor called `{name}` has joined this room"))
+            })?;
+            let (clock, stop) = (self.0.clock.clone(), self.0.stop.clone());
+            let place = place.clone();
+            streams.push(watch_depth(
+                sensor,
+                request.max_rate_hz,
+                place,
+                clock,
+                stop,
+            )?);
+        }
+        Ok(Box::pin(select_all(streams)))
     }
 }
 

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use posefuse_fusion::{Contribution, RejectionReason};
+use posefuse_planning::{Model, USUAL};
 use posefuse_proto::{pose_to_wire, sensor_info_to_wire, v1};
 use posefuse_skeleton::{Calibration, Timestamp};
 
@@ -16,28 +17,30 @@ const STALLED_NS: i64 = 1_000_000_000;
 /// A refused frame is mentioned for so long.
 const MENTION_NS: i64 = 5_000_000_000;
 
-/// Horizontal and vertical field of view, degrees, of the depth cameras that tracking runs on: (part of the model's
-/// name in lower case, degrees). From the makers' data sheets.
-const FIELDS_OF_VIEW: [(&str, f64, f64); 7] = [
-    ("kinect v2", 70.6, 60.0),
-    ("kinect v1", 57.5, 43.5),
-    ("azure", 75.0, 65.0),
-    ("femto", 75.0, 65.0),
-    ("realsense", 87.0, 58.0),
-    ("astra", 60.0, 49.5),
-    ("xtion", 58.0, 45.0),
-];
-/// For a model that is not in the table.
-const USUAL_FIELD_OF_VIEW: (f64, f64) = (70.0, 60.0);
+/// What a sensor's depth camera sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Camera {
+    /// Whole horizontal and vertical field of view, degrees.
+    pub(super) view_deg: [f64; 2],
+    /// From where to where it measures, metres.
+    pub(super) range_m: [f64; 2],
+    /// Part of it is neither told by the agent nor known of the model.
+    pub(super) assumed: bool,
+}
 
-fn field_of_view(model: &str) -> (f64, f64) {
-    let model = model.to_ascii_lowercase().replace('-', " ");
-    FIELDS_OF_VIEW
-        .iter()
-        .find(|(part, ..)| model.contains(part))
-        .map_or(USUAL_FIELD_OF_VIEW, |(_, horizontal, vertical)| {
-            (*horizontal, *vertical)
-        })
+/// As its agent says, else as is known of the model, else as usual.
+pub(super) fn camera(device: &str, told: Option<&v1::CameraInfo>) -> Camera {
+    let model = Model::of(device);
+    let usual = model.unwrap_or(&USUAL);
+    let view = told.filter(|camera| camera.fov_horizontal_deg > 0.0);
+    let range = told.filter(|camera| camera.far_m > 0.0);
+    Camera {
+        view_deg: view.map_or(usual.view_deg, |camera| {
+            [camera.fov_horizontal_deg, camera.fov_vertical_deg]
+        }),
+        range_m: range.map_or(usual.range_m, |camera| [camera.near_m, camera.far_m]),
+        assumed: model.is_none() && (view.is_none() || range.is_none()),
+    }
 }
 
 /// Whether a sensor delivers.
@@ -63,14 +66,14 @@ pub(super) fn status(
     let clock = view.and_then(|view| view.clock.as_ref());
     let trouble = trouble(sensor, view, state, calibration.is_some(), now);
     let greeting = sensor.greeting();
-    let (fov_horizontal_deg, fov_vertical_deg) = field_of_view(&greeting.info.model);
+    let camera = camera(&greeting.info.model, greeting.camera.as_ref());
     v1::SensorStatus {
         info: Some(sensor_info_to_wire(&greeting.info)),
         state: state.into(),
         calibrated: pose.is_some(),
         room_from_sensor: pose.map(|pose| pose_to_wire(&pose.room_from_sensor)),
-        fov_horizontal_deg,
-        fov_vertical_deg,
+        fov_horizontal_deg: camera.view_deg[0],
+        fov_vertical_deg: camera.view_deg[1],
         frames_per_second: view.map_or(0.0, |view| view.frames_per_second),
         latency_ms: view.and_then(|view| view.latency_ms),
         clock_offset_ms: clock.map(|clock| clock.offset_ns as f64 * 1e-6),
@@ -95,9 +98,9 @@ pub(super) fn status(
         contribution: view
             .and_then(|view| view.contribution.as_ref())
             .map(contribution),
-        near_m: 0.0,
-        far_m: 0.0,
-        depth_preview: false,
+        near_m: camera.range_m[0],
+        far_m: camera.range_m[1],
+        depth_preview: greeting.camera.is_some_and(|camera| camera.depth_preview),
     }
 }
 
@@ -211,12 +214,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_model_s_view_is_found_however_it_is_written() {
-        assert_eq!(
-            field_of_view("Microsoft Kinect-v2 (simulated)"),
-            (70.6, 60.0)
+    fn an_agent_knows_its_camera_best_then_the_model_then_the_usual() {
+        let told = v1::CameraInfo {
+            fov_horizontal_deg: 90.0,
+            fov_vertical_deg: 50.0,
+            ..v1::CameraInfo::default()
+        };
+        let known = camera("Kinect v1 (OpenNI2)", Some(&told));
+        assert_eq!((known.view_deg, known.range_m), ([90.0, 50.0], [0.8, 4.0]));
+        assert!(!known.assumed);
+        let unknown = camera("something", None);
+        assert_eq!((unknown.view_deg, unknown.assumed), (USUAL.view_deg, true));
+        assert!(
+            camera("something", Some(&told)).assumed,
+            "its range is not known"
         );
-        assert_eq!(field_of_view("Orbbec Femto Bolt"), (75.0, 65.0));
-        assert_eq!(field_of_view(""), USUAL_FIELD_OF_VIEW);
     }
 }

@@ -7,7 +7,7 @@ use futures_util::{Stream, StreamExt, stream};
 use posefuse_proto::{calibration_from_wire, calibration_to_wire, v1};
 use tonic::{Request, Response, Status};
 
-use super::{RoomService, calibrate, replay, status};
+use super::{RoomService, calibrate, plan, replay, status};
 use crate::net::decoded;
 
 /// A stream of answers.
@@ -190,8 +190,10 @@ impl v1::room_server::Room for RoomService {
             .map(Response::new)
     }
 
-    async fn plan_room(&self, _: Request<v1::PlanRoomRequest>) -> Answer<v1::RoomPlan> {
-        Err(Status::unimplemented("planning is not there yet"))
+    async fn plan_room(&self, request: Request<v1::PlanRoomRequest>) -> Answer<v1::RoomPlan> {
+        plan::plan_room(&self.0, request.into_inner())
+            .await
+            .map(Response::new)
     }
 
     async fn get_config(&self, _: Request<v1::GetConfigRequest>) -> Answer<v1::GetConfigResponse> {

@@ -117,6 +117,8 @@ pub(crate) struct Agent {
     pub(crate) acked: watch::Receiver<Option<u64>>,
     /// How many of the server's probes were answered.
     pub(crate) probes: watch::Receiver<u32>,
+    /// How many depth previews a second the server asks for.
+    pub(crate) previews_hz: watch::Receiver<f64>,
     /// How the stream ended.
     pub(crate) ended: JoinHandle<Result<(), Status>>,
 }
@@ -138,6 +140,7 @@ impl Agent {
         let zero = Instant::now();
         let (ack, acked) = watch::channel(welcome.last_sequence);
         let (probed, probes) = watch::channel(0);
+        let (asked, previews_hz) = watch::channel(0.0);
         let echo = up.downgrade();
         let ended = tokio::spawn(async move {
             while let Some(received) = down.message().await? {
@@ -157,6 +160,11 @@ impl Agent {
                         }
                         probed.send_modify(|count| *count += 1);
                     }
+                    Some(server_message::Message::Command(v1::Command {
+                        command: Some(v1::command::Command::Preview(wanted)),
+                    })) => {
+                        asked.send_replace(wanted.max_rate_hz);
+                    }
                     _ => {}
                 }
             }
@@ -168,6 +176,7 @@ impl Agent {
             welcome,
             acked,
             probes,
+            previews_hz,
             ended,
         })
     }
@@ -185,6 +194,20 @@ impl Agent {
         };
         let frame = agent_message::Message::Frame(frame);
         self.up.send(message(frame)).await.unwrap();
+    }
+
+    pub(crate) async fn preview(&self, preview: v1::DepthPreview) {
+        let preview = agent_message::Message::Preview(preview);
+        self.up.send(message(preview)).await.unwrap();
+    }
+
+    /// Waits until the server asks for so many depth previews a second.
+    pub(crate) async fn asked(&mut self, hz: f64) {
+        let asked = self.previews_hz.wait_for(|asked| *asked == hz);
+        tokio::time::timeout(Duration::from_secs(5), asked)
+            .await
+            .unwrap()
+            .unwrap();
     }
 
     /// Waits until the clocks are mapped.

@@ -5,7 +5,9 @@
 mod agents;
 mod calibration;
 mod calibrations;
+mod depth;
 mod fixture;
+mod plan;
 mod repair;
 mod takes;
 mod walk;
