@@ -165,7 +165,7 @@ pub enum LookAt {
 pub struct LookConfig {
     /// What at.
     pub at: LookAt,
-    /// Half of a turn is done after about 0.27 of this, seconds: 0.05 to 10 (critically damped).
+    /// After this a turn is all but done (98.5 %), seconds: 0.05 to 10. Critically damped.
     pub settle_s: f64,
     /// How far to either side, degrees: 0 to 90.
     pub side_deg: f64,

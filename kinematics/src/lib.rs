@@ -11,7 +11,12 @@ mod body;
 mod bones;
 mod config;
 mod direct;
+mod feet;
+mod fit;
+mod hands;
+mod look;
 mod posture;
+mod range;
 mod rig;
 mod solver;
 
@@ -20,5 +25,7 @@ pub use config::{
     Config, ConfigError, ExtraConfig, FeetConfig, FitConfig, HandsConfig, HoldConfig, LimitsConfig,
     LookAt, LookConfig, Start,
 };
+pub use feet::Contact;
+pub use hands::{HandFilter, HandState};
 pub use rig::{Bone, Rig, RigPose};
-pub use solver::{Contact, HandState, Solved, Solver};
+pub use solver::{Solved, Solver};

@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use posefuse_skeleton::Position;
 
-use crate::bones::{ARMS, BONE_COUNT, BONES, CHEST, HEAD, HIPS, LEGS, NECK, SIDES, SPINE};
+use crate::bones::{ARMS, BONE_COUNT, BONES, CHEST, HEAD, HIPS, LEGS, NECK, SPINE};
 use crate::rig::{Rig, RigPose};
 
 /// A turn about one of a bone's own axes.
@@ -237,9 +237,4 @@ fn turn_columns(axes: &mut Matrix3<f64>, axis: usize, angle: f64) {
 /// A rotation from a matrix whose columns are orthonormal.
 pub(crate) fn quaternion(axes: &Matrix3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*axes))
-}
-
-/// +1 for the left side, -1 for the right.
-pub(crate) fn outwards(side: usize) -> Vector3<f64> {
-    Vector3::y() * SIDES[side]
 }

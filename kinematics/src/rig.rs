@@ -36,6 +36,14 @@ pub struct RigPose {
 }
 
 impl Rig {
+    /// The rest pose with the root here: the T-pose, facing X.
+    pub fn rest_pose(&self, root: Position<Room>) -> RigPose {
+        RigPose {
+            root,
+            rotations: vec![UnitQuaternion::identity(); self.bones.len()],
+        }
+    }
+
     /// The origins of all bones in this pose, room metres, and their axes (`room_from_bone`), in the order of the bones.
     ///
     /// # Panics

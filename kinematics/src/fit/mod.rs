@@ -1,0 +1,191 @@
+//! The fit of the whole body to fused positions: damped least squares over all joint angles and the root.
+//!
+//! Levenberg (1944) and Marquardt (1963), with Gauss-Newton's Hessian. Residuals: positions, weighted by the inverse of
+//! their covariance, those far off by less (Cauchy's weight); anatomical ranges where they are exceeded; what is usual;
+//! and how far joints stray from the frame before. Lengths are the body's by construction.
+//!
+//! How the twist of a straight limb is kept needs no rule here: its bend says little then, so the frame before says more.
+
+mod freedom;
+mod normal;
+mod prior;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::bones::BONES;
+use crate::config::Config;
+use crate::posture::{Offsets, Placed, Posture};
+
+use freedom::{Freedoms, MOST};
+use normal::{Motion, Normal};
+use prior::Priors;
+
+/// Where a joint should be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Target {
+    /// The bone whose origin it is.
+    pub(crate) bone: usize,
+    /// Room metres.
+    pub(crate) at: Vector3<f64>,
+    /// The inverse of the covariance, 1/m^2.
+    pub(crate) weight: Matrix3<f64>,
+    /// Whether it counts less where it is far off.
+    pub(crate) robust: bool,
+}
+
+/// What a fit came to.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
+    pub(crate) posture: Posture,
+    pub(crate) placed: Placed,
+    /// Half the sum of all weighted squares.
+    pub(crate) cost: f64,
+}
+
+/// Squared distances (in standard deviations, three axes) beyond this count less: Cauchy's weight.
+const ROBUST: f64 = 12.0;
+const FIRST_DAMPING: f64 = 1e-4;
+const LEAST_DAMPING: f64 = 1e-9;
+const MOST_DAMPING: f64 = 1e6;
+/// Longest step of one freedom, radians or metres.
+const LONGEST_STEP: f64 = 0.6;
+/// Steps shorter than this (radians, metres) change nothing that anybody sees.
+const SHORTEST_STEP: f64 = 2e-5;
+
+/// Fits one body. Working memory is kept from frame to frame.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitter {
+    offsets: Offsets,
+    freedoms: Freedoms,
+    priors: Priors,
+    normal: Normal,
+    motions: [Motion; MOST],
+}
+
+impl Fitter {
+    pub(crate) fn new(offsets: &Offsets, config: &Config) -> Self {
+        let freedoms = Freedoms::new(&config.extra);
+        Self {
+            offsets: *offsets,
+            priors: Priors::new(&freedoms, config),
+            freedoms,
+            normal: Normal::new(),
+            motions: [Motion::default(); MOST],
+        }
+    }
+
+    /// The posture that lies best on the targets, from `start` on, `elapsed` seconds after `last`; at most `iterations`
+    /// steps.
+    pub(crate) fn fit(
+        &mut self,
+        start: Posture,
+        targets: &[Target],
+        last: Option<(&Posture, f64)>,
+        iterations: usize,
+    ) -> Fitted {
+        let mut best = self.evaluated(start, targets, last);
+        let mut damping = FIRST_DAMPING;
+        let mut stale = true;
+        for _ in 0..iterations {
+            if stale {
+                self.linearise(&best, targets, last);
+                stale = false;
+            }
+            let Some(step) = self.normal.solve(&self.freedoms.list, damping) else {
+                damping = (damping * 100.0).max(1e-3);
+                continue;
+            };
+            let longest = step.iter().fold(0.0f64, |most, step| most.max(step.abs()));
+            if !longest.is_finite() || longest < SHORTEST_STEP {
+                break;
+            }
+            let step = step.map(|step| step * (LONGEST_STEP / longest).min(1.0));
+            let trial = self.evaluated(self.freedoms.moved(&best.posture, &step), targets, last);
+            if trial.cost < best.cost {
+                best = trial;
+                stale = true;
+                damping = (damping * 0.2).max(LEAST_DAMPING);
+            } else {
+                damping *= 20.0;
+                if damping > MOST_DAMPING {
+                    break;
+                }
+            }
+        }
+        best
+    }
+
+    /// Where this posture places the bones, and what it costs.
+    fn evaluated(
+        &self,
+        posture: Posture,
+        targets: &[Target],
+        last: Option<(&Posture, f64)>,
+    ) -> Fitted {
+        let placed = Placed::of(&self.offsets, &posture);
+        let mut cost = self.priors.cost(&posture, last);
+        for target in targets {
+            let squared = squared(target, &placed);
+            cost += 0.5
+                * if target.robust {
+                    ROBUST * (squared / ROBUST).ln_1p()
+                } else {
+                    squared
+                };
+        }
+        Fitted {
+            posture,
+            placed,
+            cost,
+        }
+    }
+
+    /// The normal equations at this posture.
+    fn linearise(&mut self, at: &Fitted, targets: &[Target], last: Option<(&Posture, f64)>) {
+        let Self {
+            normal,
+            motions,
+            freedoms,
+            ..
+        } = self;
+        let root = at.posture.root;
+        for axis in 0..3 {
+            motions[axis] = Motion {
+                turn: Vector3::zeros(),
+                shift: Vector3::ith(axis, 1.0),
+            };
+        }
+        let first = &freedoms.first;
+        let origins = &at.placed.origins;
+        Placed::new().place(&self.offsets, &at.posture, |bone, index, axis| {
+            if let Some(motion) = motions.get_mut(first[bone].wrapping_add(index))
+                && first[bone] != freedom::NONE
+            {
+                let point = origins[bone] - root;
+                *motion = Motion {
+                    turn: axis,
+                    shift: point.cross(&axis),
+                };
+            }
+        });
+        normal.clear();
+        for target in targets {
+            let residual = at.placed.origins[target.bone] - target.at;
+            let weight = if target.robust {
+                target.weight / (1.0 + squared(target, &at.placed) / ROBUST)
+            } else {
+                target.weight
+            };
+            let point = at.placed.origins[target.bone] - root;
+            normal.add_point(BONES[target.bone].parent, &point, &residual, &weight);
+        }
+        normal.assemble(&freedoms.list, motions);
+        self.priors.add(normal, &at.posture, last);
+    }
+}
+
+/// How far off a target is, in standard deviations, squared.
+fn squared(target: &Target, placed: &Placed) -> f64 {
+    let residual = placed.origins[target.bone] - target.at;
+    residual.dot(&(target.weight * residual))
+}
