@@ -49,5 +49,8 @@ pub use storage::{Append, DiskStorage, MemoryStorage, ReadAt, Storage, Stored};
 pub use topic::Topic;
 pub use writer::{Flushed, TakeOptions, TakeWriter};
 
+/// What a take records of the engine's inputs.
+pub use posefuse_fusion::{ClockSample, Input};
+
 /// What this crate's functions give.
 pub type Result<T, E = TakeError> = std::result::Result<T, E>;

@@ -1,0 +1,57 @@
+//! The bodies of the people: learned in the first reading of a take, moved in the second.
+
+use std::collections::BTreeMap;
+
+use posefuse_kinematics::{Config, Learner, Rig, RigPose, Solver};
+use posefuse_skeleton::{Room, SensorSet, Skeleton, Timestamp, Track, TrackId};
+
+use crate::Who;
+
+/// Learns how everybody is built.
+#[derive(Default)]
+pub(crate) struct Learners(BTreeMap<Who, Learner>);
+
+impl Learners {
+    pub(crate) fn add(&mut self, who: &Who, skeleton: &Skeleton<Room>) {
+        if !self.0.contains_key(who) {
+            self.0.insert(who.clone(), Learner::default());
+        }
+        if let Some(learner) = self.0.get_mut(who) {
+            learner.add(skeleton);
+        }
+    }
+
+    /// What moves a person's rig; `None` for who was never shown.
+    pub(crate) fn mover(&self, who: &Who) -> Option<Mover> {
+        let body = self.0.get(who)?.body();
+        let solver = Solver::new(&body, Config::default());
+        Some(Mover {
+            solver,
+            since: None,
+        })
+    }
+}
+
+/// A person's rig and what moves it.
+pub(crate) struct Mover {
+    solver: Solver,
+    since: Option<Timestamp>,
+}
+
+impl Mover {
+    /// The bones of the person: the same in every frame.
+    pub(crate) fn rig(&self) -> &Rig {
+        self.solver.rig()
+    }
+
+    /// The pose at `time`, which is later than the last one's; `None` until a trunk has been seen.
+    pub(crate) fn pose(&mut self, time: Timestamp, skeleton: &Skeleton<Room>) -> Option<RigPose> {
+        let track = Track {
+            id: TrackId(0),
+            since: *self.since.get_or_insert(time),
+            sensors: SensorSet::EMPTY,
+            skeleton: skeleton.clone(),
+        };
+        Some(self.solver.step(&track, time)?.pose)
+    }
+}

@@ -1,0 +1,262 @@
+//! A first look at a take: who is in it from when to when, and the instants that an export has.
+
+use std::collections::BTreeMap;
+
+use posefuse_session::{TakeHeader, TakeReader};
+use posefuse_skeleton::{Room, Skeleton, Timestamp};
+
+use crate::{ExportError, Options, Phase, Progress, Result, Who};
+
+/// Rates that recordings usually have, frames per second.
+const USUAL_RATES_HZ: [f64; 10] = [15.0, 24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0];
+/// A rate this near a usual one is meant to be it.
+const NEAR: f64 = 0.03;
+
+/// The instants of an export, evenly spaced; frame numbers count from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Grid {
+    /// When frame 0 is, server time.
+    pub(crate) start: Timestamp,
+    /// Frames per second.
+    pub(crate) rate_hz: f64,
+}
+
+impl Grid {
+    /// When a frame is.
+    pub(crate) fn time(&self, frame: u64) -> Timestamp {
+        self.start
+            .plus_ns((frame as f64 * 1e9 / self.rate_hz).round() as i64)
+    }
+
+    /// The first frame at or after `time`.
+    fn from(&self, time: Timestamp) -> u64 {
+        // Half a microsecond covers the rounding of times to nanoseconds.
+        let frames = (time.since_seconds(self.start) - 5e-7) * self.rate_hz;
+        frames.ceil().max(0.0) as u64
+    }
+
+    /// The last frame at or before `time`; `None` where that is before frame 0.
+    fn until(&self, time: Timestamp) -> Option<u64> {
+        let frames = (time.since_seconds(self.start) + 5e-7) * self.rate_hz;
+        (frames >= 0.0).then_some(frames as u64)
+    }
+}
+
+/// The frames that a person is there in, both ends included. There may be gaps between.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Presence {
+    /// Who.
+    pub(crate) who: Who,
+    /// The first frame.
+    pub(crate) first: u64,
+    /// The last frame.
+    pub(crate) last: u64,
+}
+
+/// What will be exported of a take.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    /// What the take says of itself.
+    pub(crate) header: TakeHeader,
+    /// The instants.
+    pub(crate) grid: Grid,
+    /// Everybody, in order; never empty.
+    pub(crate) people: Vec<Presence>,
+    /// How many more there are that were seen for too short.
+    pub(crate) passers_by: usize,
+}
+
+/// What the first look learns of a person.
+struct Span {
+    first: Timestamp,
+    last: Timestamp,
+}
+
+impl Plan {
+    /// Reads the take once; `learn` is shown everybody.
+    ///
+    /// # Errors
+    /// [`ExportError::Nobody`] where nobody of those that are asked for is there long enough; a take that cannot be read.
+    pub(crate) fn of(
+        take: &TakeReader,
+        options: &Options,
+        learn: &mut dyn FnMut(&Who, &Skeleton<Room>),
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Self> {
+        let header = take.header().clone();
+        let (from, to) = span_of(&header, options);
+        let mut spans: BTreeMap<Who, Span> = BTreeMap::new();
+        let mut steps: BTreeMap<i64, u64> = BTreeMap::new();
+        let total = options.source.messages(take);
+        for (done, seen) in options.source.read(take)?.enumerate() {
+            progress(Progress {
+                phase: Phase::Looking,
+                done: done as u64 + 1,
+                total,
+            });
+            let Some(seen) = seen? else { continue };
+            if from.is_some_and(|from| seen.time < from) || to.is_some_and(|to| seen.time > to) {
+                continue;
+            }
+            let time = seen.time;
+            for (who, skeleton) in seen.people {
+                learn(&who, &skeleton);
+                let span = spans.entry(who).or_insert(Span {
+                    first: time,
+                    last: time,
+                });
+                if time > span.last {
+                    // Tenths of a millisecond are fine enough for a rate, and bound the table.
+                    *steps.entry(time.since_ns(span.last) / 100_000).or_default() += 1;
+                    span.last = time;
+                }
+            }
+        }
+        let nobody = |reason: String| ExportError::Nobody {
+            take: header.name.clone(),
+            reason,
+        };
+        let found: Vec<String> = spans.keys().map(Who::to_string).collect();
+        let (people, passers_by) = chosen(spans, options);
+        let Some(first) = people.iter().map(|(_, span)| span.first).min() else {
+            return Err(nobody(why_nobody(&found, passers_by, options)));
+        };
+        let grid = Grid {
+            start: from.unwrap_or(first),
+            rate_hz: options.rate_hz.unwrap_or_else(|| usual_rate(&steps)),
+        };
+        let present = |(who, span): (Who, Span)| {
+            let (first, last) = (grid.from(span.first), grid.until(span.last)?);
+            (first <= last).then_some(Presence { who, first, last })
+        };
+        let people: Vec<Presence> = people.into_iter().filter_map(present).collect();
+        if people.is_empty() {
+            return Err(nobody(why_nobody(&found, found.len(), options)));
+        }
+        Ok(Self {
+            header,
+            grid,
+            people,
+            passers_by,
+        })
+    }
+
+    /// The frames from the first person's first to the last person's last.
+    pub(crate) fn frames(&self) -> (u64, u64) {
+        let first = self.people.iter().map(|person| person.first).min();
+        let last = self.people.iter().map(|person| person.last).max();
+        (first.unwrap_or(0), last.unwrap_or(0))
+    }
+
+    /// When a frame is, seconds since the take's start.
+    pub(crate) fn seconds(&self, frame: u64) -> f64 {
+        let start = self.header.start.unwrap_or(self.grid.start);
+        self.grid.time(frame).since_seconds(start)
+    }
+
+    /// When a frame is, nanoseconds since 1970.
+    pub(crate) fn unix_ns(&self, frame: u64) -> i64 {
+        self.grid
+            .time(frame)
+            .ns()
+            .saturating_add(self.header.unix_offset_ns)
+    }
+
+    /// When a frame is, civil time (UTC), RFC 3339.
+    pub(crate) fn civil(&self, frame: u64) -> String {
+        let time = jiff::Timestamp::from_nanosecond(i128::from(self.unix_ns(frame)));
+        time.map_or_else(|_| self.header.started.clone(), |time| format!("{time:.6}"))
+    }
+}
+
+/// The server times between which people are exported.
+fn span_of(header: &TakeHeader, options: &Options) -> (Option<Timestamp>, Option<Timestamp>) {
+    let start = header.start.unwrap_or(Timestamp::ZERO);
+    let at = |seconds: f64| start.plus_ns((seconds * 1e9).round() as i64);
+    (options.from_s.map(at), options.to_s.map(at))
+}
+
+/// Those who are asked for and were there long enough, and how many were not there long enough.
+fn chosen(spans: BTreeMap<Who, Span>, options: &Options) -> (Vec<(Who, Span)>, usize) {
+    let asked = |who: &Who| options.people.is_empty() || options.people.contains(&who.number());
+    let (chosen, passers_by): (Vec<_>, Vec<_>) = spans
+        .into_iter()
+        .filter(|(who, _)| asked(who))
+        .partition(|(_, span)| span.last.since_seconds(span.first) >= options.least_s);
+    (chosen, passers_by.len())
+}
+
+fn why_nobody(found: &[String], passers_by: usize, options: &Options) -> String {
+    if found.is_empty() {
+        return format!(
+            "no frame of the source `{}` shows anybody in the span that was asked for; `posefuse takes show` says what is in it",
+            options.source
+        );
+    }
+    if passers_by > 0 {
+        return format!(
+            "nobody is there for {} s or longer (there are {}); ask for shorter ones with --least",
+            options.least_s,
+            found.join(", ")
+        );
+    }
+    format!(
+        "none of the people asked for is in it; there are {}",
+        found.join(", ")
+    )
+}
+
+/// The rate that fits the median step best. `steps` counts tenths of a millisecond.
+fn usual_rate(steps: &BTreeMap<i64, u64>) -> f64 {
+    let total: u64 = steps.values().sum();
+    let mut seen = 0;
+    let median = steps.iter().find(|(_, count)| {
+        seen += **count;
+        2 * seen >= total
+    });
+    let Some((step, _)) = median.filter(|(step, _)| **step > 0) else {
+        return 30.0;
+    };
+    // Steps are cut to whole tenths; the middle of the tenth is the best guess.
+    let rate = 10_000.0 / (*step as f64 + 0.5);
+    let usual = USUAL_RATES_HZ
+        .into_iter()
+        .find(|usual| (rate / usual - 1.0).abs() < NEAR);
+    usual.unwrap_or_else(|| (rate.round()).clamp(1.0, 1000.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_the_usual_ones() {
+        for (step_us, rate) in [
+            (33_333, 30.0),
+            (33_367, 30.0),
+            (16_683, 60.0),
+            (8_333, 120.0),
+            (41_708, 24.0),
+            (200_000, 5.0),
+        ] {
+            let steps = BTreeMap::from([(step_us / 100, 10), (1000, 1)]);
+            assert_eq!(usual_rate(&steps), rate, "{step_us}");
+        }
+        assert_eq!(usual_rate(&BTreeMap::new()), 30.0);
+    }
+
+    #[test]
+    fn a_person_is_in_the_frames_between_their_ends_only() {
+        let start = Timestamp::from_seconds(100.0);
+        let grid = Grid {
+            start,
+            rate_hz: 30.0,
+        };
+        assert_eq!(grid.from(grid.time(17)), 17);
+        assert_eq!(grid.until(grid.time(17)), Some(17));
+        assert_eq!(grid.from(grid.time(17).plus_ns(1_000_000)), 18);
+        assert_eq!(grid.until(grid.time(17).plus_ns(-1_000_000)), Some(16));
+        assert_eq!(grid.from(start.plus_ns(-1_000_000_000)), 0);
+        assert_eq!(grid.until(start.plus_ns(-1_000_000_000)), None);
+    }
+}

@@ -1,0 +1,121 @@
+//! Writers, one a format. Each gets the moments of its range in order, then is finished.
+
+mod bvh;
+mod c3d;
+mod csv;
+mod fbx;
+mod figure;
+mod glb;
+mod trc;
+mod tree;
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+
+use posefuse_kinematics::{Rig, RigPose};
+use posefuse_skeleton::{Room, Skeleton};
+
+use crate::axes::Space;
+use crate::format::Format;
+use crate::plan::Plan;
+use crate::{Names, Who};
+
+pub(crate) type Out = BufWriter<File>;
+
+/// One person at one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Figure {
+    /// The index in [`Plan::people`].
+    pub(crate) person: usize,
+    /// What was measured; joints of gaps are missing.
+    pub(crate) skeleton: Skeleton<Room>,
+    /// The same as a pose of the person's rig, where one is asked for.
+    pub(crate) pose: Option<RigPose>,
+}
+
+/// Everybody at one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Moment {
+    /// The frame's number in [`Plan::grid`].
+    pub(crate) frame: u64,
+    /// Those who are there, in the order of [`Plan::people`].
+    pub(crate) people: Vec<Figure>,
+}
+
+impl Moment {
+    /// The pose of a person's rig, if there is one.
+    fn pose_of(&self, person: usize) -> Option<&RigPose> {
+        self.people
+            .iter()
+            .find(|figure| figure.person == person)?
+            .pose
+            .as_ref()
+    }
+}
+
+/// What a writer needs to know before the first moment.
+pub(crate) struct Sheet<'a> {
+    pub(crate) plan: &'a Plan,
+    /// For each person of the plan the rig, where rigs are asked for.
+    pub(crate) rigs: &'a [Option<Rig>],
+    /// The people of this file: indices in [`Plan::people`].
+    pub(crate) people: Vec<usize>,
+    /// The first and the last frame of this file.
+    pub(crate) first: u64,
+    pub(crate) last: u64,
+    pub(crate) space: Space,
+    pub(crate) names: Names,
+}
+
+impl Sheet<'_> {
+    /// How many frames the file has.
+    pub(crate) fn frames(&self) -> u64 {
+        self.last - self.first + 1
+    }
+
+    /// The rig of a person of this file: an index in [`Sheet::people`].
+    fn rig(&self, index: usize) -> io::Result<&Rig> {
+        let rig = self.rigs[self.people[index]].as_ref();
+        rig.ok_or_else(never_seen)
+    }
+
+    /// Whose motion the file has, in order.
+    pub(crate) fn who(&self) -> impl Iterator<Item = &Who> {
+        self.people
+            .iter()
+            .map(|&person| &self.plan.people[person].who)
+    }
+}
+
+/// A file that is being written.
+pub(crate) trait Sink {
+    /// Takes in the next frame of the file's range.
+    fn moment(&mut self, moment: &Moment) -> io::Result<()>;
+
+    /// Writes what comes last, and makes sure that everything has gone to the system.
+    fn finish(self: Box<Self>) -> io::Result<()>;
+}
+
+/// A writer for a format.
+pub(crate) fn open<'a>(
+    format: Format,
+    sheet: Sheet<'a>,
+    out: Out,
+) -> io::Result<Box<dyn Sink + 'a>> {
+    Ok(match format {
+        Format::Csv => Box::new(csv::Csv::begin(sheet, csv::Layout::Wide, out)?),
+        Format::CsvTidy => Box::new(csv::Csv::begin(sheet, csv::Layout::Tidy, out)?),
+        Format::Trc => Box::new(trc::Trc::begin(sheet, out)?),
+        Format::C3d => Box::new(c3d::C3d::begin(sheet, out)?),
+        Format::Bvh => Box::new(bvh::Bvh::begin(sheet, out)?),
+        Format::Glb => Box::new(glb::Glb::begin(sheet, out)?),
+        Format::Fbx => Box::new(fbx::Fbx::begin(sheet, out)?),
+    })
+}
+
+/// There is no pose to write.
+fn never_seen() -> io::Error {
+    io::Error::other(
+        "the person's trunk is never seen, so there is no pose of a rig; export joints (csv, trc, c3d) or other people",
+    )
+}
