@@ -44,7 +44,7 @@ fn main() {
         }
         let owners: Vec<u64> = tracker.owners().collect();
         tally.compare(&view.image.millimetres, &view.owners, &owners, people);
-        if image % 30 == 0 {
+        if image % 90 == 0 {
             let ids: Vec<u64> = bodies.iter().map(|body| body.id).collect();
             println!("{at:5.1} s: {ids:?}");
         }
@@ -56,6 +56,7 @@ fn main() {
 struct Tally {
     total: Vec<f64>,
     steps: [Vec<f64>; Step::ALL.len()],
+    images: usize,
     should: usize,
     found: usize,
     of_nobody: usize,
@@ -64,6 +65,7 @@ struct Tally {
     ids: BTreeMap<u8, BTreeSet<u64>>,
     changes: usize,
     last: BTreeMap<u8, u64>,
+    strangers: BTreeSet<u64>,
 }
 
 impl Tally {
@@ -84,6 +86,7 @@ impl Tally {
                 .map(|(_, n)| n)
                 .sum()
         };
+        self.images += 1;
         let mut taken = BTreeSet::new();
         for person in 1..=people as u8 {
             let pixels = count(None, Some(person));
@@ -98,6 +101,9 @@ impl Tally {
                 self.pure[0] += n;
                 self.pure[1] += count(Some(owner), None);
                 self.ids.entry(person).or_default().insert(owner);
+                if !self.last.contains_key(&person) {
+                    println!("person {person} found after {} images", self.images);
+                }
                 let before = self.last.insert(person, owner);
                 self.changes += usize::from(before.is_some_and(|before| before != owner));
                 self.found += usize::from(pixels >= SEEN_PIXELS);
@@ -105,10 +111,21 @@ impl Tally {
             self.should += usize::from(pixels >= SEEN_PIXELS);
         }
         let all: BTreeSet<u64> = pairs.keys().map(|(owner, _)| *owner).collect();
-        self.of_nobody += all
-            .iter()
-            .filter(|id| **id > 0 && !taken.contains(*id))
-            .count();
+        for id in all.into_iter().filter(|id| *id > 0 && !taken.contains(id)) {
+            self.of_nobody += 1;
+            if self.strangers.insert(id) {
+                let pixels: Vec<usize> = (0..owners.len()).filter(|at| owners[*at] == id).collect();
+                let mean = |of: &dyn Fn(usize) -> usize| {
+                    pixels.iter().map(|at| of(*at)).sum::<usize>() / pixels.len()
+                };
+                let at = [
+                    mean(&|at| at % 320),
+                    mean(&|at| at / 320),
+                    mean(&|at| depth[at].into()),
+                ];
+                println!("body {id} of nobody: {} pixels around {at:?}", pixels.len());
+            }
+        }
     }
 
     fn print(&mut self) {

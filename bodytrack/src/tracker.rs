@@ -1,13 +1,65 @@
 //! The tracker: from one depth image to the next.
 
-use posefuse_skeleton::{DepthImage, Intrinsics};
+use posefuse_models::Runtime;
+use posefuse_skeleton::{DepthImage, Intrinsics, Joint, Position};
 
-use crate::{TrackedBody, TrackerConfig, TrackerError};
+use crate::background::Background;
+use crate::claims::Claims;
+use crate::confidence::confidence;
+use crate::crop::CropFrame;
+use crate::estimate::Estimate;
+use crate::flesh::Flesh;
+use crate::floor::{Floor, Level};
+use crate::lens::{Lens, V3};
+use crate::people::{People, candidates};
+use crate::segments::{Sample, Segments};
+use crate::sight::{Extent, Sight};
+use crate::steps::{Step, Steps};
+use crate::{Facing, TrackedBody, TrackerConfig, TrackerError};
+
+/// Of somebody who is seen, at least this is, square metres.
+const SEEN_M2: f32 = 0.03;
+/// A surface nearer than this to the flesh around the joints is explained by them, metres; this share of it must be.
+const NEAR_M: f32 = 0.15;
+const LEAST_NEAR: f64 = 0.7;
+/// A hand is looked at if its surface is seen with this probability.
+const HAND_SEEN: f32 = 0.5;
+/// Cosine from which on somebody faces the sensor, or turns their back to it.
+const FRONT: f32 = 0.5;
 
 /// Follows the people in one sensor's depth images.
 pub struct BodyTracker {
     config: TrackerConfig,
     camera: Intrinsics,
+    sight: Sight,
+    scene: Scene,
+    people: People,
+    segments: Segments,
+    claims: Claims,
+    /// The id of each owner number, of the last image.
+    told: Vec<u64>,
+    last_ns: Option<i64>,
+    steps: Steps,
+}
+
+/// What is known of the place, and the image at hand.
+struct Scene {
+    lens: Lens,
+    floor: Floor,
+    background: Background,
+    thin: DepthImage,
+}
+
+impl Scene {
+    fn new(config: &TrackerConfig, camera: &Intrinsics) -> Self {
+        let lens = Lens::new(camera, config.width, config.range_m);
+        Self {
+            background: Background::new(&lens),
+            floor: Floor::default(),
+            thin: DepthImage::empty(lens.camera.width, lens.camera.height),
+            lens,
+        }
+    }
 }
 
 impl BodyTracker {
@@ -18,7 +70,18 @@ impl BodyTracker {
     pub fn new(config: TrackerConfig, camera: Intrinsics) -> Result<Self, TrackerError> {
         check(&config)?;
         check_camera(&camera)?;
-        Ok(Self { config, camera })
+        Ok(Self {
+            sight: Sight::open(&config)?,
+            scene: Scene::new(&config, &camera),
+            people: People::default(),
+            segments: Segments::default(),
+            claims: Claims::default(),
+            told: Vec::new(),
+            last_ns: None,
+            steps: Steps::default(),
+            config,
+            camera,
+        })
     }
 
     /// Goes on with another camera, as when the sensor was unplugged and came back in another mode: everything about the
@@ -28,13 +91,36 @@ impl BodyTracker {
     /// The camera cannot be.
     pub fn change_camera(&mut self, camera: Intrinsics) -> Result<(), TrackerError> {
         check_camera(&camera)?;
-        self.camera = camera;
+        self.scene = Scene::new(&self.config, &camera);
+        self.people.clear();
+        (self.camera, self.last_ns) = (camera, None);
         Ok(())
     }
 
     /// Its settings.
     pub fn config(&self) -> &TrackerConfig {
         &self.config
+    }
+
+    /// What runs its network.
+    pub fn runtime(&self) -> &Runtime {
+        self.sight.network().runtime()
+    }
+
+    /// What the last image cost, step by step.
+    pub fn steps(&self) -> &Steps {
+        &self.steps
+    }
+
+    /// The id of whom each pixel of the last image belongs to, after thinning; 0 for nobody who was told of.
+    pub fn owners(&self) -> impl Iterator<Item = u64> {
+        let id = |owner: &u8| self.told.get(usize::from(*owner)).copied().unwrap_or(0);
+        self.claims.owners.iter().map(id)
+    }
+
+    /// The camera of thinned images, as [`BodyTracker::owners`] speaks of.
+    pub fn thinned(&self) -> &Intrinsics {
+        &self.scene.lens.camera
     }
 
     /// Everybody in an image that was caught at `at_ns`, by a clock that need not be right but should be even. In the order of
@@ -47,10 +133,246 @@ impl BodyTracker {
         image: &DepthImage,
         at_ns: i64,
     ) -> Result<Vec<TrackedBody>, TrackerError> {
-        let _ = at_ns;
         check_image(&self.camera, image)?;
-        Ok(Vec::new())
+        // A clock that went back is begun anew: what is known of the scene stays.
+        if self.last_ns.is_some_and(|last| at_ns < last) {
+            self.people.clear();
+        }
+        let before_ns = self.last_ns.replace(at_ns);
+        self.steps.begin();
+        self.look(image);
+        self.steps.end(Step::Surfaces);
+        let lost = self.assign(before_ns, at_ns);
+        self.steps.end(Step::People);
+        let (frames, seen) = self.cut(&lost);
+        self.steps.end(Step::Crops);
+        let estimates = self.sight.run(&frames)?;
+        self.steps.end(Step::Network);
+        let found = self.take_in(&seen, estimates, at_ns);
+        self.learn(at_ns);
+        self.steps.end(Step::Learning);
+        Ok(found)
     }
+
+    /// Thins the image and finds the surfaces in it.
+    fn look(&mut self, image: &DepthImage) {
+        let Scene {
+            lens,
+            floor,
+            background,
+            thin,
+        } = &mut self.scene;
+        lens.thin(image, &mut thin.millimetres);
+        floor.update(lens, &thin.millimetres);
+        background.look(lens, &thin.millimetres);
+        let level = floor.level();
+        self.segments
+            .find(lens, &level, background, &thin.millimetres);
+    }
+
+    /// Gives each surface to whom it belongs. Says who was lost and not found again.
+    fn assign(&mut self, before_ns: Option<i64>, at_ns: i64) -> Vec<bool> {
+        let level = self.scene.floor.level();
+        for track in &mut self.people.tracks {
+            track.expect(&level, at_ns);
+        }
+        let tracks = &self.people.tracks;
+        // Only who was seen in the image before takes surfaces: who is hidden would take those of who hides them.
+        let mut lost: Vec<bool> = tracks
+            .iter()
+            .map(|track| Some(track.seen_ns) != before_ns)
+            .collect();
+        let shapes: Vec<(u8, &Flesh)> = (1u8..)
+            .zip(tracks)
+            .zip(&lost)
+            .filter(|(_, lost)| !**lost)
+            .map(|((number, track), _)| (number, &track.flesh))
+            .collect();
+        let groups = self.claims.take(&level, &self.segments, &shapes);
+        let back = self.people.find_again(&groups, at_ns, &lost);
+        for &(number, at) in &back {
+            self.claims.give(&groups[at], number as u8 + 1);
+            lost[number] = false;
+        }
+        let Scene { lens, thin, .. } = &self.scene;
+        self.claims
+            .draw(lens, &self.segments, &thin.millimetres, &shapes);
+        let groups = groups.into_iter().enumerate();
+        let strange = groups.filter(|(at, _)| back.iter().all(|(_, taken)| taken != at));
+        for candidate in strange.flat_map(|(_, group)| candidates(&level, group)) {
+            self.people
+                .begin(&candidate, &level, self.config.people, at_ns);
+            if lost.len() < self.people.tracks.len() {
+                lost.push(true);
+            }
+        }
+        lost
+    }
+
+    /// Cuts out everybody of whom enough is seen; gives the crops' frames and whose they are, with their surface's middle.
+    fn cut(&mut self, lost: &[bool]) -> (Vec<CropFrame>, Vec<(usize, V3)>) {
+        let (mut frames, mut seen) = (Vec::new(), Vec::new());
+        let owners = &self.claims.owners;
+        for number in (0..lost.len()).filter(|&number| !lost[number]) {
+            let owner = number as u8 + 1;
+            let samples = self.claims.samples(&self.segments, owner);
+            let Some((extent, area_m2, middle)) = measured(&self.segments, samples) else {
+                continue;
+            };
+            if area_m2 < SEEN_M2 {
+                continue;
+            }
+            let Scene { lens, thin, .. } = &self.scene;
+            let belongs = |pixel: usize| owners[pixel] == owner;
+            if let Some(frame) = self.sight.cut(thin, &lens.camera, extent, belongs) {
+                frames.push(frame);
+                seen.push((number, middle));
+            }
+        }
+        (frames, seen)
+    }
+
+    /// Takes in what the network said of those who are seen; gives those who are sure to be people.
+    fn take_in(
+        &mut self,
+        seen: &[(usize, V3)],
+        estimates: Vec<Option<Estimate>>,
+        at_ns: i64,
+    ) -> Vec<TrackedBody> {
+        let Scene {
+            lens,
+            floor,
+            background,
+            ..
+        } = &self.scene;
+        let level = floor.level();
+        let mut settled: Vec<(usize, Estimate)> = Vec::new();
+        for (&(number, surface), estimate) in seen.iter().zip(estimates) {
+            let track = &mut self.people.tracks[number];
+            if track.id == 0 {
+                let counts = background.alive(lens, &self.claims.owners, number as u8 + 1);
+                track.judge(counts);
+            }
+            let points = self.claims.samples(&self.segments, number as u8 + 1);
+            let fits = |found: &Estimate| fits(found, points);
+            let Some(mut estimate) = estimate.filter(fits) else {
+                track.see(surface, None, at_ns);
+                continue;
+            };
+            track.settle(&level, &mut estimate, at_ns);
+            track.see(torso(&estimate), Some(estimate.joints), at_ns);
+            settled.push((number, estimate));
+        }
+        self.people.name();
+        self.told.clear();
+        self.told.push(0);
+        let ids = self.people.tracks.iter().map(|track| track.id);
+        self.told.extend(ids);
+        let mut bodies: Vec<TrackedBody> = settled
+            .iter()
+            .filter(|(number, _)| self.people.tracks[*number].id > 0)
+            .map(|(number, estimate)| self.body(*number, estimate, &level))
+            .collect();
+        bodies.sort_by_key(|body| body.id);
+        bodies
+    }
+
+    fn body(&self, number: usize, found: &Estimate, level: &Level) -> TrackedBody {
+        let track = &self.people.tracks[number];
+        let joint = |joint: Joint| {
+            let index = joint as usize;
+            let at = Position::from_vector(found.joints[index].cast());
+            let trust = confidence(found.sigma_m[index], found.visible[index]);
+            (joint, (at, trust))
+        };
+        let hand = |joint: Joint, side: usize| {
+            let seen = found.visible[joint as usize] > HAND_SEEN;
+            seen.then_some(f64::from(found.hands[side].clamp(0.0, 1.0)))
+        };
+        let towards = track.heading.towards_sensor(level, &track.middle);
+        TrackedBody {
+            id: track.id,
+            joints: Joint::ALL.into_iter().map(joint).collect(),
+            facing: towards.map(|cosine| match cosine {
+                cosine if cosine > FRONT => Facing::Front,
+                cosine if cosine < -FRONT => Facing::Back,
+                _ => Facing::Side,
+            }),
+            hands_closed: [hand(Joint::HandLeft, 0), hand(Joint::HandRight, 1)],
+        }
+    }
+
+    /// Learns the background, and that what has stood still all along is a part of it.
+    fn learn(&mut self, at_ns: i64) {
+        let Scene {
+            lens,
+            background,
+            thin,
+            ..
+        } = &mut self.scene;
+        let owners = &self.claims.owners;
+        background.learn(lens, &thin.millimetres, owners, at_ns);
+        let still: Vec<bool> = std::iter::once(false)
+            .chain(
+                self.people
+                    .tracks
+                    .iter()
+                    .map(|track| track.is_furniture(at_ns)),
+            )
+            .collect();
+        if still.contains(&true) {
+            background.absorb(|pixel| still[usize::from(owners[pixel])]);
+            let mut numbers = still[1..].iter();
+            self.people.tracks.retain(|_| numbers.next() != Some(&true));
+        }
+        self.people.forget(lens, at_ns);
+    }
+}
+
+/// The box of pixels around a person's surfaces, how large these are, and their middle; `None` if there is nothing.
+fn measured<'a>(
+    segments: &Segments,
+    samples: impl Iterator<Item = &'a Sample>,
+) -> Option<(Extent, f32, V3)> {
+    let (mut area_m2, mut middle) = (0.0, V3::zeros());
+    let [mut columns, mut rows] = [[u16::MAX, 0]; 2];
+    let mut last = None;
+    for sample in samples {
+        area_m2 += sample.area_m2;
+        middle += sample.at * sample.area_m2;
+        if last != Some(sample.segment) {
+            last = Some(sample.segment);
+            let segment = &segments.segments[sample.segment as usize];
+            columns = [
+                columns[0].min(segment.columns[0]),
+                columns[1].max(segment.columns[1]),
+            ];
+            rows = [rows[0].min(segment.rows[0]), rows[1].max(segment.rows[1])];
+        }
+    }
+    let extent = [columns, rows].map(|[from, to]| [usize::from(from), usize::from(to) + 1]);
+    (area_m2 > 0.0).then(|| (extent, area_m2, middle / area_m2))
+}
+
+/// Whether the person's surface is where the joints are: what does not fit is no person, or the network does not know better.
+fn fits<'a>(found: &Estimate, points: impl Iterator<Item = &'a Sample>) -> bool {
+    let mut flesh = Flesh::default();
+    flesh.around(&found.joints, &V3::zeros());
+    let (mut near, mut all) = (0, 0);
+    for point in points {
+        near += u32::from(flesh.distance(&point.at) < NEAR_M);
+        all += 1;
+    }
+    f64::from(near) >= LEAST_NEAR * f64::from(all)
+}
+
+/// The middle of the trunk.
+fn torso(found: &Estimate) -> V3 {
+    let sum: V3 = Joint::TORSO
+        .iter()
+        .map(|&joint| found.joints[joint as usize])
+        .sum();
+    sum / Joint::TORSO.len() as f32
 }
 
 fn check(config: &TrackerConfig) -> Result<(), TrackerError> {

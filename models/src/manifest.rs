@@ -97,6 +97,21 @@ pub struct Port {
 }
 
 impl Port {
+    /// The lengths of its axes after the first, `"N"`; `None` if they are not all given, or are more than a billion values.
+    pub fn item_shape(&self) -> Option<Vec<usize>> {
+        let (first, rest) = self.shape.split_first()?;
+        let lengths = rest.iter().map(|axis| match axis {
+            Axis::Length(length @ 1..) => Some(*length),
+            _ => None,
+        });
+        let lengths: Vec<usize> = lengths.collect::<Option<_>>()?;
+        let values = lengths
+            .iter()
+            .try_fold(1usize, |values, length| values.checked_mul(*length));
+        let named = *first == Axis::Named("N".to_owned());
+        (named && values.is_some_and(|values| values < 1_000_000_000)).then_some(lengths)
+    }
+
     /// Its shape in words.
     pub(crate) fn shown(&self) -> String {
         shown(&self.shape)

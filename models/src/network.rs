@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::backend::{self, Candidate, Chosen, Input, Output, Session, Trial};
 use crate::file::{check_hash, read, read_manifest};
-use crate::manifest::{self, About, Axis, Port, parse_versioned};
+use crate::manifest::{self, About, Port, parse_versioned};
 use crate::{Config, Refused, Runtime};
 
 /// What is quick enough where a manifest does not say, ms.
@@ -79,7 +79,7 @@ impl NetworkManifest {
                 return Err(format!("expected at least one {side}"));
             }
             for (name, port) in ports {
-                item_shape(port).ok_or_else(|| {
+                port.item_shape().ok_or_else(|| {
                     let found = port.shown();
                     format!("expected {side} `{name}` of shape N x LENGTH ..., found {found}")
                 })?;
@@ -87,21 +87,6 @@ impl NetworkManifest {
         }
         Ok(())
     }
-}
-
-/// The axes after the first, which must be the number of items; a billion values are a mistake.
-fn item_shape(port: &Port) -> Option<Vec<usize>> {
-    let (first, rest) = port.shape.split_first()?;
-    let lengths = rest.iter().map(|axis| match axis {
-        Axis::Length(length @ 1..) => Some(*length),
-        _ => None,
-    });
-    let lengths: Vec<usize> = lengths.collect::<Option<_>>()?;
-    let values = lengths
-        .iter()
-        .try_fold(1usize, |values, length| values.checked_mul(*length));
-    let named = *first == Axis::Named("N".to_owned());
-    (named && values.is_some_and(|values| values < 1_000_000_000)).then_some(lengths)
 }
 
 /// A network whose files fit each other. It has not been opened yet.
@@ -268,7 +253,7 @@ impl Named {
         let tensors = |ports: &BTreeMap<String, Port>| {
             let tensor = |(name, port): (&String, &Port)| {
                 let mut shape = vec![0];
-                shape.extend(item_shape(port)?);
+                shape.extend(port.item_shape()?);
                 let (name, values) = (name.clone(), Vec::new());
                 Some(Tensor {
                     name,
