@@ -10,6 +10,7 @@
 //! - [`suite`]: many simulated rooms, all methods on the same inputs.
 //! - [`repair_pairs`]: what occlusion models are asked in a simulated room, beside the truth, to train on.
 //! - [`repair`]: how well occlusion models fill in what no sensor saw.
+//! - [`kinematics`]: bodies made of fused people, beside the people as fused.
 //! - [`Report`]: the result, as rows of text ([`table`]), JSON or a page; [`aims`]: what is to be reached.
 //!
 //! No I/O. Units are in the names; a field without one is a share or a count. Every definition stands where the
@@ -22,6 +23,7 @@ mod compare;
 mod fuse;
 mod histogram;
 mod judge;
+pub mod kinematics;
 mod measure;
 mod methods;
 mod metrics;

@@ -22,7 +22,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("openni-driver", &["skeleton", "simulator", "devices"]),
     (
         "evaluate",
-        &["skeleton", "fusion", "simulator", "bodytrack"],
+        &["skeleton", "fusion", "simulator", "bodytrack", "kinematics"],
     ),
     ("session", &["skeleton", "fusion", "proto"]),
     (
