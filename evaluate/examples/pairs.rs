@@ -123,7 +123,10 @@ fn clips(folder: &Path) -> Result<Vec<Arc<Clip>>, Box<dyn Error>> {
     let split = Split::shipped()?;
     let mut clips = Vec::new();
     for file in find(folder)? {
-        let place = file.strip_prefix(folder)?.to_string_lossy().replace('\\', "/");
+        let place = file
+            .strip_prefix(folder)?
+            .to_string_lossy()
+            .replace('\\', "/");
         if split.tests(&place).is_some() {
             continue;
         }
@@ -158,7 +161,9 @@ fn array(pairs: &[RepairPair], poses: usize) -> Vec<u8> {
         joints().for_each(|joint| joint.position.iter().for_each(|x| push(*x)));
         joints().for_each(|joint| push(joint.weight.into()));
         joints().for_each(|joint| push(joint.age_s.into()));
-        places(&pair.truth).chain(places(&pair.plain)).for_each(push);
+        places(&pair.truth)
+            .chain(places(&pair.plain))
+            .for_each(push);
         let seen = Joint::ALL.map(|joint| pair.seen[joint].unwrap_or(0) as u8);
         bytes.extend(seen);
     }

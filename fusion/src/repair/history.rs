@@ -16,17 +16,17 @@ const LEAST_WEIGHT: f64 = 0.05;
 /// Poses further apart than this have nothing known between them, ns.
 const MAX_BRIDGE_NS: i64 = 100_000_000;
 
-/// How far a joint counts as measured: 1 with trust, 0 when only carried on from the past, between them by its
-/// uncertainty, which is `unsaid_m` more than it says. [`sigma_of`] goes back.
+/// How far a joint counts as measured: 1 with trust and without doubt, 0 when only carried on from the past, between them by
+/// its uncertainty, which is `unsaid_m` more than it says. [`sigma_of`] goes back.
 pub(super) fn weight_of(state: &JointState<Room>, unsaid_m: f64) -> f64 {
     match state.provenance {
-        Provenance::Measured(_) => 1.0,
-        Provenance::Predicted(by) if !by.is_empty() => {
+        Provenance::Measured(_) if unsaid_m == 0.0 => 1.0,
+        Provenance::Predicted(by) | Provenance::Measured(by) if !by.is_empty() => {
             let odd = state.sigma_m().hypot(unsaid_m) / WEAK_SIGMA_M;
             let weight = 1.0 / (1.0 + odd * odd);
             if weight < LEAST_WEIGHT { 0.0 } else { weight }
         }
-        Provenance::Predicted(_) | Provenance::Repaired => 0.0,
+        Provenance::Measured(_) | Provenance::Predicted(_) | Provenance::Repaired => 0.0,
     }
 }
 

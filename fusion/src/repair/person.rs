@@ -21,6 +21,8 @@ use super::{Fill, RepairConfig};
 const GOOD_WEIGHT: f64 = 0.8;
 /// A model that has less of a say than this is not asked.
 const LEAST_SHARE: f64 = 0.05;
+/// Blending is never faster than in this share of its time.
+const LEAST_BLEND: f64 = 0.25;
 /// What a model may say of its own uncertainty, metres.
 const LEAST_SIGMA_M: f64 = 0.005;
 const MOST_SIGMA_M: f64 = 2.0;
@@ -122,7 +124,9 @@ impl Person {
                 0 => Source::Sensors,
                 _ => source,
             };
-            let offset = blend.step(time, state.position.vector(), source, blend_s);
+            // Doubt about a joint that came back has taken its part of the time.
+            let left_s = (blend_s - standing[index].trusted_s).max(blend_s * LEAST_BLEND);
+            let offset = blend.step(time, state.position.vector(), source, left_s);
             if let Some(offset) = offset {
                 shift(state, offset);
                 filled |= 1 << index;

@@ -9,6 +9,7 @@ from posefuse_training.cases import cases, error_mm
 from posefuse_training.clean import bad_frames, clean_spans
 from posefuse_training.corrupt import Room, gaps, hidden_joints, measured, window
 from posefuse_training.joints import ARM_LEFT, BONES, MIRROR, NAMES, PARENTS, mirrored
+from posefuse_training.pairs import Pairs
 from posefuse_training.person import GaussianConditional, person_frame
 from posefuse_training.recordings import Prepared, split_of, split_rules
 from posefuse_training.simple import gaussian, hold, linear
@@ -143,3 +144,37 @@ def test_the_conditional_does_not_touch_what_is_seen():
     filled = GaussianConditional(poses)(own, ARM_LEFT)
     others = [joint for joint in range(25) if joint not in ARM_LEFT]
     assert np.array_equal(filled[:, others], own[:, others])
+
+
+def test_a_guess_is_off_as_its_weight_says_and_more_down_a_limb():
+    truth = np.repeat(walking(120)[None], 400, axis=0)
+    mask = np.ones((400, 120, 25), np.float32)
+    mask[:, 30:, [5, 6, 7]] = 0
+    room = Room(clean=1.0, guessed=1.0, claimed=0.0, shift=0.0, swap=0.0, floor_m=0.0)
+    seen, weights = measured(np.random.default_rng(0), truth, mask, room)
+    assert (weights[:, 30:, [5, 6, 7]] < 0.95).all() and (np.delete(weights, [5, 6, 7], axis=2) == 1).all()
+    guessed = weights[:, 60:, [5, 6, 7]] > 0
+    off = np.linalg.norm(seen - truth, axis=-1)[:, 60:, [5, 6, 7]]
+    along_limb = [off[..., joint][guessed[..., joint]].mean() for joint in range(3)]
+    assert 0.05 < along_limb[0] < 0.9 * along_limb[1] < along_limb[2] < 0.3
+    # One pose to the next it is nearly the same.
+    assert np.abs(np.diff(seen - truth, axis=1))[:, 60:].mean() < 0.3 * off.mean()
+
+
+def test_pairs_of_rooms_are_read_divided_and_mirrored(tmp_path):
+    kinds = [("pose", (64, 25, 3)), ("mask", (64, 25)), ("age", (64, 25)), ("truth", (25, 3)), ("plain", (25, 3))]
+    record = np.dtype([(name, "<f4", shape) for name, shape in kinds] + [("seen", "|u1", (25,))])
+    for number in range(9):
+        rows = np.zeros(3, record)
+        rows["pose"], rows["truth"], rows["plain"] = walking(64), walking(64)[-1], walking(64)[-1]
+        rows["mask"][:, :, 5], rows["plain"][:, 5, 0] = 0.2, rows["plain"][:, 5, 0] + 0.1
+        rows["truth"][2] = np.nan
+        np.save(tmp_path / f"arc2_{number}.npy", rows)
+    taught, tests = Pairs.load(tmp_path, 63).divided()
+    assert (len(taught), len(tests)) == (14, 4)
+    made = tests.window(slice(0, 4))
+    assert np.allclose(made.pose[1], mirrored(made.pose[0])) and np.allclose(made.truth[1, 0], mirrored(made.truth[0, 0]))
+    assert made.mask[0, -1, 5] == made.mask[1, -1, MIRROR[5]] == np.float32(0.2)
+    assert np.array_equal(tests.asked()[1], tests.asked()[0][MIRROR])
+    weak = Pairs([tests.records[:1]], 63)
+    assert weak.plain_mm() == pytest.approx(100 / 25, rel=1e-3)

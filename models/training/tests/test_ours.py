@@ -12,9 +12,11 @@ from posefuse_training.corrupt import window
 from posefuse_training.joints import ARM_LEFT, LEG_LEFT, LEG_RIGHT, MIRROR, mirrored
 from posefuse_training.ours.causal import POSES, Causal
 from posefuse_training.ours.frames import look_back
-from posefuse_training.ours.prior import PosePrior, own_spans
+from posefuse_training.ours.guesses import averaged, since_trusted
+from posefuse_training.ours.prior import PosePrior, own_spans, weak_sigma_m
 from posefuse_training.ours.two_sided import BEFORE, TwoSided
 from posefuse_training.ours.two_sided import POSES as BOTH_SIDES
+from posefuse_training.ours.weighing import without_measurement
 from posefuse_training.recordings import Prepared
 
 HIDDEN = {"arm": ARM_LEFT, "legs": LEG_LEFT + LEG_RIGHT}
@@ -130,6 +132,31 @@ def test_the_prior_agrees_with_the_textbook(spans):
     away = (pose[0] - prior.mean).double()[seen]
     gain = torch.linalg.solve(covariance[seen][:, seen], (loadings @ loadings[seen].T).T).T
     assert torch.allclose(mean, prior.mean.double() + gain @ away, atol=2e-3)
+
+
+def test_a_fill_and_the_measurement_it_is_put_beside_make_what_was_meant():
+    measured, meant = torch.zeros(1, 1, 3, 3), torch.full((1, 1, 3, 3), 0.1)
+    mask, sigma = torch.tensor([[[0.3, 0.0, 1.0]]]), torch.full((1, 1, 3), 0.04)
+    fill, said = without_measurement(meant, sigma, measured, mask)
+    # The engine's own rule: by covariances.
+    own = weak_sigma_m(mask)[0, 0, 0] ** 2
+    gain = own / (own + said[0, 0, 0] ** 2)
+    assert torch.allclose(gain * fill[0, 0, 0], meant[0, 0, 0], atol=1e-5)
+    assert abs(torch.sqrt(gain) * said[0, 0, 0] - 0.04) < 1e-5
+    # Where nothing is measured, or with trust, it is said as it is.
+    assert torch.equal(fill[0, 0, 1:], meant[0, 0, 1:]) and torch.equal(said[0, 0, 1:], sigma[0, 0, 1:])
+
+
+def test_guesses_are_averaged_in_time_and_do_not_count_as_trust():
+    own, mask = torch.zeros(1, 64, 25, 3), torch.ones(1, 64, 25)
+    mask[0, 40:, 5] = 0.3
+    own[0, 40:, 5, 0] = 1.0
+    assert since_trusted(mask, 0 * mask)[0, [4, 5]].tolist() == pytest.approx([0, 24 / 30])
+    mask[0, :40, 5] = 0
+    assert since_trusted(mask, 0 * mask)[0, 5] == pytest.approx(64 / 30)
+    means, evidence = averaged(own, mask, 63)
+    assert all(mean[0, 5, 0] == pytest.approx(1.0) for mean in means)
+    assert evidence[0, 5] > 0 and evidence[0, 4] == 0
 
 
 def test_a_look_back_may_fall_between_two_poses():

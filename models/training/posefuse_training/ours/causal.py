@@ -12,14 +12,13 @@ from torch import Tensor
 
 from .. import RATE_HZ
 from .frames import Frames, frames
+from .guesses import GUESSES, SCALARS, guesses, since_trusted
 from .side import CORE, SPEED_OVER, history, side_of
 from .weighing import TRUSTED, Told, Weighing
 
 POSES = 64
 SPEED_LAGS = (2, 5, 10, 20, 40)
 POSE_LAGS = (8, 16, 24, 32, 44, 60)
-GUESS_FADES_S = (0.2, 0.7, 3.0)
-"""Weak measurements are averaged with weights that fade over so long."""
 _VECTORS = 8 + len(SPEED_OVER) + len(SPEED_LAGS) + len(POSE_LAGS)
 
 
@@ -27,18 +26,18 @@ class Causal(Weighing):
     """See `Weighing`; t is 64, the newest pose is filled."""
 
     BEFORE, AFTER = POSES - 1, 0
-    CONTINUATIONS = 8 + 1 + len(GUESS_FADES_S)
+    CONTINUATIONS = 8 + GUESSES
     LEANS_ON = 7
     BLOCKS = [
         ("vectors", _VECTORS), ("ways", len(SPEED_LAGS)), ("turns", len(SPEED_LAGS)), ("scalars", 5), ("same", 2),
-        ("vectors", 1 + len(GUESS_FADES_S)), ("scalars", 1),
+        ("vectors", GUESSES), ("scalars", SCALARS),
     ]
     FREE_S = 0.15
     LEAST = 0.008
 
     def __init__(self, width: int = 320, blocks: int = 2, dropout: float = 0.2, dropped_features: float = 0.1, latents: int = 28):
         core = len(CORE)
-        features = 3 * core * (_VECTORS + 1 + len(GUESS_FADES_S)) + 6 * core + 5 * len(SPEED_LAGS) + 2
+        features = 3 * core * (_VECTORS + GUESSES) + (5 + SCALARS) * core + 5 * len(SPEED_LAGS) + 2
         super().__init__(features, width, blocks, dropout, dropped_features, latents)
 
     def told(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Told, Frames]:
@@ -64,12 +63,9 @@ class Causal(Weighing):
             side.mean + side.offset * torch.exp(-seconds / 2),
             side.carried,
         ]
-        weak = (mask[:, -1] > 0).float()[..., None] * hidden
-        guesses, evidence = averaged(own, mask)
-        # Where nobody guesses, the carried mean stands in: belief in a guess that there is not does no harm.
-        guesses = [weak * guess + (1 - weak) * side.carried for guess in [now, *guesses]]
+        guessed, told_of_them = guesses(own, mask, POSES - 1, side.carried)
         # What is measured with trust stays what it is, in every continuation.
-        ways = torch.stack(ways + guesses, 2)
+        ways = torch.stack(ways + guessed, 2)
         ways = seen[..., None, None] * now[:, :, None] + (1 - seen[..., None, None]) * ways
         told = [now * (1 - hidden), side.last * hidden, side.mean * hidden, side.offset * hidden, (side.carried - side.last) * hidden]
         told += [(side.in_room - side.last) * hidden, side.room_speed * hidden * 0.2, (side.mean - now) * (1 - hidden)]
@@ -79,31 +75,8 @@ class Causal(Weighing):
         features += [mask[:, -1, CORE], torch.exp(-since[:, CORE] / 0.15), torch.exp(-since[:, CORE] / 0.6)]
         features += [since[:, CORE].clamp(max=3), (side.deviation * hidden[..., 0])[:, CORE]]
         features += [whole.origin[:, -1, 2:3], whole.size[:, 0, 0]]
-        features += [((guess - side.carried) * weak)[:, CORE].flatten(1) for guess in guesses]
-        features += [(evidence * weak[..., 0])[:, CORE]]
+        features += told_of_them
         return ways, features
-
-
-def since_trusted(mask: Tensor, age: Tensor) -> Tensor:
-    """(n, 25) seconds since each joint was measured with trust, as far as the window says."""
-    poses = mask.shape[1]
-    back = torch.arange(poses - 1, -1, -1, dtype=torch.float32, device=mask.device)[None, :, None]
-    steps = (back + poses * (mask < TRUSTED).float()).amin(1).clamp(max=poses)
-    unknown = (steps >= poses).float()
-    return (1 - unknown) * steps / RATE_HZ + unknown * age[:, -1].clamp(min=poses / RATE_HZ)
-
-
-def averaged(own: Tensor, mask: Tensor) -> tuple[list[Tensor], Tensor]:
-    """(means (n, 25, 3) of the weak measurements over each of `GUESS_FADES_S`, how many there are in the last of them (n, 25))."""
-    poses = own.shape[1]
-    back = torch.arange(poses - 1, -1, -1, dtype=torch.float32, device=own.device)
-    weights = (mask * (mask < TRUSTED).float()).transpose(1, 2)
-    fades = [torch.exp(-back / (fade_s * RATE_HZ)) for fade_s in GUESS_FADES_S]
-    share = torch.stack([weights * fade for fade in fades], 2)
-    total = share.sum(-1)
-    # (n, 25, fades, t) with (n, 25, t, 3).
-    means = torch.matmul(share, own.permute(0, 2, 1, 3)) / total.clamp(min=1e-4)[..., None]
-    return [means[:, :, index] for index in range(len(fades))], 0.1 * total[..., -1]
 
 
 def coasted(speed: Tensor, seconds: Tensor, fades: float) -> Tensor:

@@ -10,8 +10,9 @@ from torch import Tensor
 
 from .. import RATE_HZ
 from .frames import Frames, frames
+from .guesses import GUESSES, SCALARS, guesses, since_trusted
 from .side import CORE, SPEED_OVER, Side, history, of_own_group, side_of
-from .weighing import Told, Weighing
+from .weighing import TRUSTED, Told, Weighing
 
 BEFORE = AFTER = 63
 POSES = BEFORE + 1 + AFTER
@@ -25,59 +26,62 @@ class TwoSided(Weighing):
     """See `Weighing`; t is 127, the pose in the middle is filled."""
 
     BEFORE, AFTER = BEFORE, AFTER
-    CONTINUATIONS = 10
+    CONTINUATIONS = 10 + GUESSES
     LEANS_ON = 9
     BLOCKS = [("vectors", 4 + 2 * (4 + len(SPEED_OVER)))]
     BLOCKS += 2 * [("vectors", len(SPEED_LAGS) + len(POSE_LAGS)), ("ways", len(SPEED_LAGS)), ("turns", len(SPEED_LAGS))]
-    BLOCKS += [("scalars", 7), ("same", 2)]
+    BLOCKS += [("scalars", 7), ("same", 2), ("vectors", GUESSES), ("scalars", SCALARS)]
     FREE_S = 0.2
     LEAST = 0.006
 
     def __init__(self, width: int = 256, blocks: int = 2, dropout: float = 0.4, dropped_features: float = 0.3, latents: int = 28):
         core = len(CORE)
         by_side = 3 * core * (4 + len(SPEED_OVER) + len(SPEED_LAGS) + len(POSE_LAGS)) + 5 * len(SPEED_LAGS)
-        features = 2 * by_side + 3 * core * 4 + 7 * core + 2
+        features = 2 * by_side + 3 * core * (4 + GUESSES) + (7 + SCALARS) * core + 2
         super().__init__(features, width, blocks, dropout, dropped_features, latents)
 
     def told(self, pose: Tensor, mask: Tensor, age: Tensor) -> tuple[Told, Frames]:
         whole = frames(pose, mask, self.prior.usual)
         own = whole.own(pose)
         ahead = torch.arange(1, AFTER + 1, dtype=torch.float32, device=pose.device)[None, :, None]
-        hidden_ahead = (mask[:, BEFORE + 1 :] <= 0).float()
+        hidden_ahead = (mask[:, BEFORE + 1 :] < TRUSTED).float()
         steps_left = (ahead + 10 * FAR_S * RATE_HZ * hidden_ahead).amin(1).clamp(max=FAR_S * RATE_HZ)
-        steps_left = steps_left * (mask[:, BEFORE] <= 0).float()
+        steps_left = steps_left * (mask[:, BEFORE] < TRUSTED).float()
+        since = since_trusted(mask[:, : BEFORE + 1], age[:, : BEFORE + 1])
         halves = []
-        for picked, steps in ((range(BEFORE + 1), age[:, BEFORE] * RATE_HZ), (range(POSES - 1, BEFORE - 1, -1), steps_left)):
+        for picked, steps in ((range(BEFORE + 1), since * RATE_HZ), (range(POSES - 1, BEFORE - 1, -1), steps_left)):
             order = list(picked)
             half = Frames(whole.forward[:, order], whole.origin[:, order], whole.size)
             sided = (half, own[:, order], mask[:, order])
             halves.append((side_of(self.prior, self.group, half, own[:, order], pose[:, order], mask[:, order], steps), sided))
         middle = Frames(whole.forward[:, BEFORE : BEFORE + 1], whole.origin[:, BEFORE : BEFORE + 1], whole.size)
-        return self.between(halves, own[:, BEFORE], mask[:, BEFORE], age[:, BEFORE], steps_left / RATE_HZ, middle), middle
+        return self.between(halves, own, mask, since, steps_left / RATE_HZ, middle), middle
 
-    def between(self, halves, now: Tensor, sure: Tensor, since: Tensor, until: Tensor, middle: Frames) -> Told:
+    def between(self, halves, own: Tensor, mask: Tensor, since: Tensor, until: Tensor, middle: Frames) -> Told:
         """Continuations and features of the pose in the middle, from both sides."""
         (past, past_poses), (next_, next_poses) = halves
-        hidden = (sure <= 0).float()[..., None]
+        now, sure = own[:, BEFORE], mask[:, BEFORE]
+        hidden = (sure < TRUSTED).float()[..., None]
         # Without an end in sight the past alone counts.
         near = (until < FAR_S).float() * (since < FAR_S).float() + 1e-6 * (since < FAR_S).float()
         only_next = (since >= FAR_S).float() * (until < FAR_S).float()
         share = (near * since / (since + until).clamp(min=1e-3) + only_next)[..., None]
         together, deviation = self.settled(past, next_, now, sure, until)
-        ways = torch.stack([*continued(past, next_, share, since[..., None], until[..., None]), together], 2)
+        guessed, told_of_them = guesses(own, mask, BEFORE, together)
+        ways = torch.stack([*continued(past, next_, share, since[..., None], until[..., None]), together, *guessed], 2)
         ways = (1 - hidden)[..., None] * now[:, :, None] + hidden[..., None] * ways
-        features = [((past.mean - now) * (1 - hidden)), now * (1 - hidden), past.mean * hidden, (ways[:, :, -1] - ways[:, :, 0]) * hidden]
+        features = [((past.mean - now) * (1 - hidden)), now * (1 - hidden), past.mean * hidden, (together - ways[:, :, 0]) * hidden]
         for side, seen in ((past, 1.0), (next_, (until < FAR_S).float()[..., None])):
             told = [side.last - past.mean, side.offset, side.carried - past.mean, side.in_room - side.last]
             told += [speed * 0.2 for speed in side.speeds]
             features += [part * hidden * seen for part in told]
         features = [part[:, CORE].flatten(1) for part in features]
-        for half, own, mask in (past_poses, next_poses):
-            features += history(self.prior.usual, half, own, mask, SPEED_LAGS, POSE_LAGS)
+        for sided in (past_poses, next_poses):
+            features += history(self.prior.usual, *sided, SPEED_LAGS, POSE_LAGS)
         nearest = torch.where(until < FAR_S, torch.minimum(since, until), since)
         features += [sure[:, CORE], torch.exp(-nearest[:, CORE] / 0.2), torch.exp(-since[:, CORE] / 0.6), torch.exp(-until[:, CORE] / 0.6)]
         features += [share[:, CORE, 0], (since.clamp(max=3) + until.clamp(max=3))[:, CORE], (deviation * hidden[..., 0])[:, CORE]]
-        features += [middle.origin[:, 0, 2:3], middle.size[:, 0, 0]]
+        features += [middle.origin[:, 0, 2:3], middle.size[:, 0, 0], *told_of_them]
         return Told(torch.cat(features, -1), ways, nearest, sure)
 
     def settled(self, past: Side, next_: Side, now: Tensor, sure: Tensor, until: Tensor) -> tuple[Tensor, Tensor]:
