@@ -4,6 +4,8 @@
 //! pixel of disparity; nothing where the light's projector cannot shine (beside what is nearer), at grazing angles, on dark
 //! hair and out of range.
 
+use std::sync::OnceLock;
+
 use serde::{Deserialize, Serialize};
 
 use super::canvas::{Canvas, HAIR};
@@ -93,9 +95,10 @@ pub(super) fn measured(
     let mut shadow = vec![false; canvas.width];
     for (v, row) in millimetres.chunks_exact_mut(canvas.width).enumerate() {
         sensor.shadows(v, &mut shadow);
+        let luck = Luck::of_row(sensor.seed, v);
         for (u, here) in row.iter_mut().enumerate() {
             if !shadow[u] {
-                *here = sensor.pixel(u, v);
+                *here = sensor.pixel(u, v, &luck);
             }
         }
     }
@@ -154,29 +157,26 @@ impl<'a> Measuring<'a> {
         }
     }
 
-    fn pixel(&self, u: usize, v: usize) -> u16 {
+    fn pixel(&self, u: usize, v: usize, luck: &Luck) -> u16 {
         if self.canvas.depth[v * self.canvas.width + u] == f32::INFINITY {
             return 0;
         }
-        let random = mixed(self.seed ^ ((v as u64) << 32 | u as u64));
-        let [a, b] = [normal(random as u32), normal((random >> 32) as u32)];
-        let more = mixed(random);
-        let (u, v) = (shifted(u, a * self.across, self.canvas.width), {
-            shifted(v, b * self.across, self.canvas.height)
-        });
+        let across = [luck.normal(RIGHT, u), luck.normal(DOWN, u)].map(|n| n * self.across);
+        let (common, own) = (luck.normal(COMMON, u / 2), luck.normal(ALONE, u));
+        let chance = luck.unit(u);
+        let u = shifted(u, across[0], self.canvas.width);
+        let v = shifted(v, across[1], self.canvas.height);
         let at = v * self.canvas.width + u;
         let z = self.canvas.depth[at];
         if !(self.range[0]..=self.range[1]).contains(&z) {
             return 0;
         }
         let (slope2, edge) = self.slope(u, v, z);
-        if self.is_lost(more as u32, at, slope2, edge, (u, v)) {
+        if self.is_lost(chance, at, slope2, edge, (u, v)) {
             return 0;
         }
-        let block = mixed(self.seed ^ 0x5bd1 ^ (((v / 2) as u64) << 32 | (u / 2) as u64));
-        let together = normal(block as u32) * IN_COMMON;
-        let alone = normal((more >> 32) as u32) * OWN;
-        let z = self.stepped(z + self.along * spread(z, slope2) * (together + alone));
+        let off = common * IN_COMMON + own * OWN;
+        let z = self.stepped(z + self.along * spread(z, slope2) * off);
         if !(self.range[0]..=self.range[1]).contains(&z) {
             return 0;
         }
@@ -205,7 +205,7 @@ impl<'a> Measuring<'a> {
         ((x * x + y * y) / (z * z), edge)
     }
 
-    fn is_lost(&self, random: u32, at: usize, slope2: f32, edge: bool, uv: (usize, usize)) -> bool {
+    fn is_lost(&self, chance: f32, at: usize, slope2: f32, edge: bool, uv: (usize, usize)) -> bool {
         if self.holes == 0.0 {
             return false;
         }
@@ -225,7 +225,7 @@ impl<'a> Measuring<'a> {
             };
             lost += thin;
         }
-        unit(random) < lost * self.holes
+        chance < lost * self.holes
     }
 
     fn stepped(&self, z: f32) -> f32 {
@@ -260,8 +260,62 @@ fn unit(random: u32) -> f32 {
     (random >> 8) as f32 / (1u32 << 24) as f32
 }
 
-/// Nearly normal, spread 1: four bytes' sum.
-fn normal(random: u32) -> f32 {
-    let sum: u32 = random.to_le_bytes().into_iter().map(u32::from).sum();
-    (sum as f32 - 510.0) / 147.8
+/// Which of a row's streams of random numbers.
+const RIGHT: usize = 0;
+const DOWN: usize = 1;
+const ALONE: usize = 2;
+const COMMON: usize = 3;
+const CHANCE: usize = 4;
+
+/// The random numbers of one row of one image: stretches of two tables, from places that the seed chooses. A number of its
+/// own for each pixel would cost more than all the rest.
+struct Luck {
+    starts: [usize; 5],
+    tables: &'static Tables,
+}
+
+struct Tables {
+    normal: Vec<f32>,
+    unit: Vec<f32>,
+}
+
+/// A power of two; far longer than a row, small enough for the processor's memory of recent things.
+const TABLE: usize = 1 << 14;
+
+impl Luck {
+    fn of_row(seed: u64, row: usize) -> Self {
+        static TABLES: OnceLock<Tables> = OnceLock::new();
+        let start = |stream: usize| {
+            // Blocks that have noise in common are two rows high.
+            let row = if stream == COMMON { row / 2 } else { row };
+            mixed(seed ^ (stream as u64) << 40 ^ row as u64) as usize
+        };
+        Self {
+            starts: std::array::from_fn(start),
+            tables: TABLES.get_or_init(Tables::new),
+        }
+    }
+
+    fn normal(&self, stream: usize, index: usize) -> f32 {
+        self.tables.normal[self.starts[stream].wrapping_add(index) % TABLE]
+    }
+
+    fn unit(&self, index: usize) -> f32 {
+        self.tables.unit[self.starts[CHANCE].wrapping_add(index) % TABLE]
+    }
+}
+
+impl Tables {
+    fn new() -> Self {
+        let random = |index: usize, salt: u64| mixed(salt << 32 | index as u64);
+        // Twelve uniform numbers less their mean have spread 1.
+        let normal = |index: usize| {
+            let parts = (0..12).map(|part| unit(random(index, 1 + part) as u32));
+            parts.sum::<f32>() - 6.0
+        };
+        Self {
+            normal: (0..TABLE).map(normal).collect(),
+            unit: (0..TABLE).map(|i| unit(random(i, 99) as u32)).collect(),
+        }
+    }
 }
