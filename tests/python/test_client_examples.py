@@ -31,7 +31,7 @@ HEIGHT = 1.4
 SENSORS = ["kinect", "kinect-live", "nuitrack", "depth", "colour", "wide", "long"]
 CALIBRATION = 'version = 1\nfloor = "manual"\n' + "".join(
     f'[sensors.{name}]\nposition_m = [0.0, 0.0, {HEIGHT}]\norientation_xyzw = [-0.5, 0.5, -0.5, 0.5]\n' for name in SENSORS)
-FRAMES, RATE = 135, 30
+FRAMES, RATE = 105, 30
 
 
 def moments():

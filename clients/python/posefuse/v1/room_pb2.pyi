@@ -617,7 +617,7 @@ class PlanArea(_message.Message):
     def __init__(self, min_x: _Optional[float] = ..., max_x: _Optional[float] = ..., min_y: _Optional[float] = ..., max_y: _Optional[float] = ...) -> None: ...
 
 class RoomPlan(_message.Message):
-    __slots__ = ("area", "cell_m", "columns", "rows", "layers", "whole", "sensors", "interferences", "suggestion", "notes", "models")
+    __slots__ = ("area", "cell_m", "columns", "rows", "layers", "whole", "sensors", "interferences", "suggestion", "notes", "models", "crossed_share")
     AREA_FIELD_NUMBER: _ClassVar[int]
     CELL_M_FIELD_NUMBER: _ClassVar[int]
     COLUMNS_FIELD_NUMBER: _ClassVar[int]
@@ -629,6 +629,7 @@ class RoomPlan(_message.Message):
     SUGGESTION_FIELD_NUMBER: _ClassVar[int]
     NOTES_FIELD_NUMBER: _ClassVar[int]
     MODELS_FIELD_NUMBER: _ClassVar[int]
+    CROSSED_SHARE_FIELD_NUMBER: _ClassVar[int]
     area: PlanArea
     cell_m: float
     columns: int
@@ -640,7 +641,8 @@ class RoomPlan(_message.Message):
     suggestion: Suggestion
     notes: _containers.RepeatedScalarFieldContainer[str]
     models: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, area: _Optional[_Union[PlanArea, _Mapping]] = ..., cell_m: _Optional[float] = ..., columns: _Optional[int] = ..., rows: _Optional[int] = ..., layers: _Optional[_Iterable[_Union[PlanLayer, _Mapping]]] = ..., whole: _Optional[_Union[PlanLayer, _Mapping]] = ..., sensors: _Optional[_Iterable[_Union[PlanSensor, _Mapping]]] = ..., interferences: _Optional[_Iterable[_Union[Interference, _Mapping]]] = ..., suggestion: _Optional[_Union[Suggestion, _Mapping]] = ..., notes: _Optional[_Iterable[str]] = ..., models: _Optional[_Iterable[str]] = ...) -> None: ...
+    crossed_share: float
+    def __init__(self, area: _Optional[_Union[PlanArea, _Mapping]] = ..., cell_m: _Optional[float] = ..., columns: _Optional[int] = ..., rows: _Optional[int] = ..., layers: _Optional[_Iterable[_Union[PlanLayer, _Mapping]]] = ..., whole: _Optional[_Union[PlanLayer, _Mapping]] = ..., sensors: _Optional[_Iterable[_Union[PlanSensor, _Mapping]]] = ..., interferences: _Optional[_Iterable[_Union[Interference, _Mapping]]] = ..., suggestion: _Optional[_Union[Suggestion, _Mapping]] = ..., notes: _Optional[_Iterable[str]] = ..., models: _Optional[_Iterable[str]] = ..., crossed_share: _Optional[float] = ...) -> None: ...
 
 class PlanLayer(_message.Message):
     __slots__ = ("height_m", "counts", "shares")
@@ -695,7 +697,7 @@ class Interference(_message.Message):
     def __init__(self, a: _Optional[str] = ..., b: _Optional[str] = ..., share_of_a: _Optional[float] = ..., share_of_b: _Optional[float] = ..., facing: bool = ..., severity: _Optional[str] = ..., advice: _Optional[str] = ...) -> None: ...
 
 class Suggestion(_message.Message):
-    __slots__ = ("sensor", "looks_at", "one_before", "one_after", "two_before", "two_after", "words")
+    __slots__ = ("sensor", "looks_at", "one_before", "one_after", "two_before", "two_after", "words", "crossed_before", "crossed_after")
     SENSOR_FIELD_NUMBER: _ClassVar[int]
     LOOKS_AT_FIELD_NUMBER: _ClassVar[int]
     ONE_BEFORE_FIELD_NUMBER: _ClassVar[int]
@@ -703,6 +705,8 @@ class Suggestion(_message.Message):
     TWO_BEFORE_FIELD_NUMBER: _ClassVar[int]
     TWO_AFTER_FIELD_NUMBER: _ClassVar[int]
     WORDS_FIELD_NUMBER: _ClassVar[int]
+    CROSSED_BEFORE_FIELD_NUMBER: _ClassVar[int]
+    CROSSED_AFTER_FIELD_NUMBER: _ClassVar[int]
     sensor: PlanSensor
     looks_at: _types_pb2.Vector3
     one_before: float
@@ -710,7 +714,9 @@ class Suggestion(_message.Message):
     two_before: float
     two_after: float
     words: str
-    def __init__(self, sensor: _Optional[_Union[PlanSensor, _Mapping]] = ..., looks_at: _Optional[_Union[_types_pb2.Vector3, _Mapping]] = ..., one_before: _Optional[float] = ..., one_after: _Optional[float] = ..., two_before: _Optional[float] = ..., two_after: _Optional[float] = ..., words: _Optional[str] = ...) -> None: ...
+    crossed_before: float
+    crossed_after: float
+    def __init__(self, sensor: _Optional[_Union[PlanSensor, _Mapping]] = ..., looks_at: _Optional[_Union[_types_pb2.Vector3, _Mapping]] = ..., one_before: _Optional[float] = ..., one_after: _Optional[float] = ..., two_before: _Optional[float] = ..., two_after: _Optional[float] = ..., words: _Optional[str] = ..., crossed_before: _Optional[float] = ..., crossed_after: _Optional[float] = ...) -> None: ...
 
 class GetConfigRequest(_message.Message):
     __slots__ = ()
