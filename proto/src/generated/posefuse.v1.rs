@@ -1398,6 +1398,9 @@ pub struct RoomPlan {
     /// The models whose view is known.
     #[prost(string, repeated, tag = "11")]
     pub models: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// Share of the area where two sensors see a whole person from different sides: directions at least 60 degrees apart.
+    #[prost(double, tag = "12")]
+    pub crossed_share: f64,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct PlanLayer {
@@ -1473,6 +1476,11 @@ pub struct Suggestion {
     pub two_after: f64,
     #[prost(string, tag = "7")]
     pub words: ::prost::alloc::string::String,
+    /// Share where two see them from different sides, without and with it.
+    #[prost(double, tag = "8")]
+    pub crossed_before: f64,
+    #[prost(double, tag = "9")]
+    pub crossed_after: f64,
 }
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct GetConfigRequest {}

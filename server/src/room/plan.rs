@@ -148,7 +148,11 @@ fn model(device: &str) -> Result<Model, Status> {
 
 fn to_wire(plan: &Plan) -> v1::RoomPlan {
     let area = &plan.area;
-    let Coverage { layers, whole } = &plan.coverage;
+    let Coverage {
+        layers,
+        whole,
+        crossed_share,
+    } = &plan.coverage;
     v1::RoomPlan {
         area: Some(v1::PlanArea {
             min_x: area.min[0],
@@ -170,6 +174,7 @@ fn to_wire(plan: &Plan) -> v1::RoomPlan {
         suggestion: plan.suggestion.as_ref().map(suggestion),
         notes: plan.notes.clone(),
         models: MODELS.iter().map(|model| model.name.to_owned()).collect(),
+        crossed_share: *crossed_share,
     }
 }
 
@@ -223,5 +228,7 @@ fn suggestion(found: &Suggestion) -> v1::Suggestion {
         two_before: found.before[1],
         two_after: found.after[1],
         words: found.words(),
+        crossed_before: found.crossed[0],
+        crossed_after: found.crossed[1],
     }
 }
