@@ -2,7 +2,7 @@
 
 import { calibration } from "./calibration.mjs";
 import { depth, noDepth } from "./depth.mjs";
-import { plan } from "./plan.mjs";
+import { fromNothing, plan } from "./plan.mjs";
 
 const attribute = (page, testid, name) => page.getByTestId(testid).getAttribute(name);
 const pressed = async (page, testid) => (await attribute(page, testid, "aria-pressed")) === "true";
@@ -24,6 +24,12 @@ export async function emptyRoom(page, report, { url }) {
     await page.keyboard.press("t");
     await report.shot("empty light");
   });
+  await report.step("planning opens from there", async () => {
+    await page.getByTestId("empty-plan").click();
+    await page.getByTestId("plan-panel").waitFor({ timeout: 3000 });
+    if ((await page.getByTestId("empty").count()) > 0) throw new Error("the words about missing sensors cover the plan");
+  });
+  await fromNothing(page, report);
 }
 
 export async function fullRoom(page, report, opts) {

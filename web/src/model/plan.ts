@@ -8,6 +8,8 @@ export type LayerChoice = "whole" | "0" | "1" | "2";
 
 export const LAYER_WORDS: Record<LayerChoice, string> = { whole: "Whole person", "0": "0.2 m", "1": "1.0 m", "2": "1.8 m" };
 
+export const LAYERS: readonly LayerChoice[] = ["whole", "0", "1", "2"];
+
 export function layerOf(plan: RoomPlan, choice: LayerChoice): PlanLayer | undefined {
   return choice === "whole" ? plan.whole : plan.layers[Number(choice)];
 }
@@ -47,8 +49,12 @@ export function rowOf(sensor: PlanSensor): PlannedRow | null {
   const forward = [m[2]!, m[6]!, m[10]!];
   const reach = Math.abs(forward[2]!) > 1e-3 ? (HIPS_M - at[2]) / forward[2]! : -1;
   const ahead = reach > 0.5 && reach < 12 ? reach : AHEAD_M;
-  const round = (v: number) => Math.round(v * 100) / 100 || 0;
-  return { name: sensor.name, model: sensor.model, at: at.map(round) as PlannedRow["at"], to: at.map((v, i) => round(v + ahead * forward[i]!)) as PlannedRow["to"] };
+  return { name: sensor.name, model: sensor.model, at: rounded(at), to: rounded(at.map((v, i) => v + ahead * forward[i]!)) };
+}
+
+/** To a centimetre, as one measures a room. */
+export function rounded(place: readonly number[]): [number, number, number] {
+  return place.map((v) => Math.round(v * 100) / 100 || 0) as [number, number, number];
 }
 
 export interface PlanPair {

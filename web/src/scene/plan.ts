@@ -5,7 +5,7 @@ import {
   BoxGeometry, BufferGeometry, DataTexture, DoubleSide, EdgesGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineDashedMaterial, LineSegments, Mesh,
   MeshBasicMaterial, NearestFilter, RGBAFormat, SRGBColorSpace, Vector3, type Color,
 } from "three";
-import { CLASSES, type PlanKind, type PlanMark, type PlanPair, type PlanShown } from "../model/plan";
+import { CLASSES, type PlanMark, type PlanPair, type PlanShown } from "../model/plan";
 import type { Label } from "./labels";
 import type { Palette } from "./palette";
 import { matrixOf } from "./sensors";
@@ -14,7 +14,8 @@ const BODY = new EdgesGeometry(new BoxGeometry(0.26, 0.08, 0.08));
 /** Over the floor's grid, metres. */
 const LIFT_M = 0.006;
 const OPACITY = 0.5;
-const LINES: Record<PlanKind, number> = { there: 0.22, planned: 0.5, next: 0.9 };
+/** How far cones are drawn, metres: to see where sensors look. Only the next one's is drawn as far as it measures. */
+const CONE_M = 1.5;
 
 export class PlanView {
   readonly group = new Group();
@@ -57,7 +58,7 @@ export class PlanView {
     this.group.clear();
     if (!this.plan || !this.palette) return;
     this.group.add(floorOf(this.plan, this.palette));
-    for (const sensor of this.plan.sensors) this.group.add(sensorOf(sensor, this.palette));
+    for (const sensor of this.plan.sensors) if (sensor.kind !== "there") this.group.add(sensorOf(sensor, this.palette));
     for (const pair of this.plan.pairs) {
       const ends = endsOf(pair, this.plan.sensors);
       if (ends && (pair.strong || pair.facing)) this.group.add(line(ends.flatMap((p) => p.toArray()), pair.strong ? this.palette.bad : this.palette.warn, 0.9, true));
@@ -99,8 +100,9 @@ function floorOf({ area, cellM, columns, rows, counts, heightM }: PlanShown, pal
 function sensorOf(mark: PlanMark, palette: Palette): Group {
   const object = new Group();
   const colour = mark.kind === "next" ? palette.next : palette.text;
-  if (mark.kind !== "there") object.add(new LineSegments(BODY, new LineBasicMaterial({ color: colour })));
-  object.add(line(frustum(mark), colour, LINES[mark.kind], mark.kind !== "there"));
+  object.add(new LineSegments(BODY, new LineBasicMaterial({ color: colour })));
+  const near: PlanMark = mark.kind === "next" ? mark : { ...mark, range: [0, CONE_M] };
+  object.add(line(frustum(near), colour, mark.kind === "next" ? 0.8 : 0.5, true));
   object.applyMatrix4(matrixOf(mark.rigid));
   return object;
 }

@@ -131,9 +131,10 @@ export class RoomScene {
     this.dirty = true;
   }
 
-  /** Shows a plan of the room, or none; brings it into view when it comes. */
+  /** Shows a plan of the room, or none; what comes or moves is brought into view unless somebody has moved the camera. */
   setPlan(plan: PlanShown | null, still: boolean): void {
-    const came = plan !== null && this.planned === null;
+    const places = (shown: PlanShown | null) => JSON.stringify([shown?.area, shown?.sensors.map((s) => [...s.rigid])]);
+    const came = plan !== null && places(plan) !== places(this.planned);
     this.planned = plan;
     this.plan.update(plan);
     this.host.dataset["plan"] = String(plan?.sensors.length ?? "");

@@ -59,6 +59,8 @@ export function showDepth(sensor: string): () => void {
 }
 
 export function takeDepth(message: DepthPreview): void {
+  // One that was under way when its preview was closed.
+  if (!depthWanted.peek().split("\n").includes(message.sensor)) return;
   const image = decodeDepth(message);
   if (!image) return;
   let rate = rates.get(message.sensor);

@@ -2,7 +2,7 @@
 
 import { computed, effect, signal, untracked } from "@preact/signals";
 import type { RoomPlan } from "../gen/posefuse/v1/room_pb";
-import { layerOf, marksOf, pairOf, readRows, rowOf, unusedName, type Area, type LayerChoice, type PlannedRow, type PlanShown } from "../model/plan";
+import { layerOf, marksOf, pairOf, readRows, rounded, rowOf, unusedName, type Area, type LayerChoice, type PlannedRow, type PlanShown } from "../model/plan";
 import { explain, room } from "../net/client";
 import { keep, kept } from "./prefs";
 import { calibratedSensors, connection, sensors, status } from "./store";
@@ -89,14 +89,23 @@ function namesTaken(): string[] {
 export function addSuggested(): void {
   const row = plan.value?.suggestion?.sensor && rowOf(plan.value.suggestion.sensor);
   const to = plan.value?.suggestion?.looksAt;
-  if (row && planRows.value.length < MAX_PLANNED) planRows.value = [...planRows.value, { ...row, to: to ? [to.x, to.y, to.z] : row.to, name: unusedName(namesTaken()) }];
+  if (!row || planRows.value.length >= MAX_PLANNED) return;
+  keepArea();
+  planRows.value = [...planRows.value, { ...row, to: to ? rounded([to.x, to.y, to.z]) : row.to, name: unusedName(namesTaken()) }];
+}
+
+/** An area that moved with each sensor that is planned for it would be none to plan for. */
+function keepArea(): void {
+  const area = plan.value?.area;
+  if (area && !planArea.value) planArea.value = { minX: area.minX, maxX: area.maxX, minY: area.minY, maxY: area.maxY };
 }
 
 /** Adds a sensor by hand: beside the area, looking at its middle. */
 export function addByHand(): void {
   const area = plan.value?.area;
   const middle: [number, number] = area ? [(area.minX + area.maxX) / 2, (area.minY + area.maxY) / 2] : [0, 0];
-  const row: PlannedRow = { name: unusedName(namesTaken()), model: planModel.value, at: [area?.minX ?? -2, middle[1], 1.4], to: [...middle, 0.9] };
+  const row: PlannedRow = { name: unusedName(namesTaken()), model: planModel.value, at: rounded([area?.minX ?? -2, middle[1], 1.4]), to: rounded([...middle, 0.9]) };
+  keepArea();
   if (planRows.value.length < MAX_PLANNED) planRows.value = [...planRows.value, row];
 }
 
@@ -104,6 +113,7 @@ export function addByHand(): void {
 export async function place(count: number): Promise<void> {
   const found = await ask(count);
   if (!found) return;
+  keepArea();
   const known = new Set(planRows.value.map((row) => row.name));
   const placed = found.sensors.filter((s) => s.planned && !known.has(s.name)).flatMap((s) => rowOf(s) ?? []);
   if (placed.length > 0) planRows.value = [...planRows.value, ...placed].slice(0, MAX_PLANNED);

@@ -2,10 +2,13 @@
 
 import { useState } from "preact/hooks";
 import { agentLines } from "../model/format";
+import { planOpen } from "../state/plan";
 import { calibrateBlocked, calibratedSensors, calibrating, canCalibrate, connection, liveSensors, notify, peopleIds, replay, sensors, status } from "../state/store";
 import { openCalibrate } from "./keys";
 
 export function Empty() {
+  // A room is planned before there is anything in it.
+  if (planOpen.value) return null;
   if (!status.value || replay.value || connection.value.kind === "offline") return null;
   if (sensors.value.length === 0) return <NoSensor />;
   if (liveSensors.value === 0) {
@@ -52,6 +55,12 @@ function NoSensor() {
         {loopback
           ? "They work on this machine. On another one, put this server's own address in place of " + location.hostname + "."
           : "Run one agent beside each sensor. It may start before the server."}
+      </p>
+      <p>
+        Where should sensors stand?{" "}
+        <button type="button" data-testid="empty-plan" onClick={() => (planOpen.value = true)}>
+          Plan the room
+        </button>
       </p>
     </div>
   );

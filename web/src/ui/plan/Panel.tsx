@@ -2,7 +2,7 @@
 // that are only planned.
 
 import { useState } from "preact/hooks";
-import { areaSeen, LAYER_WORDS, layerOf, pairOf, type LayerChoice } from "../../model/plan";
+import { areaSeen, LAYER_WORDS, layerOf, LAYERS, pairOf } from "../../model/plan";
 import { fixed, plural } from "../../model/format";
 import { addSuggested, MAX_PLANNED, place, plan, planArea, planBusy, planLayer, planModel, planOpen, planRoom, planRows, planTrouble, roomHasSensors } from "../../state/plan";
 import { AreaFields } from "./AreaFields";
@@ -40,7 +40,7 @@ function Coverage() {
     <section class="plan-part" aria-labelledby="plan-coverage">
       <h3 id="plan-coverage">What is seen</h3>
       <div class="segmented" role="group" aria-label="Seen where">
-        {(Object.keys(LAYER_WORDS) as LayerChoice[]).map((choice) => (
+        {LAYERS.map((choice) => (
           <button
             key={choice} type="button" aria-pressed={planLayer.value === choice} data-testid={`plan-layer-${choice}`}
             title={choice === "whole" ? "A standing person, from head to foot" : `At ${LAYER_WORDS[choice]} above the floor`} onClick={() => (planLayer.value = choice)}
@@ -57,6 +57,11 @@ function Coverage() {
             <dd class="muted">{found && layer ? fixed(areaSeen(found, layer, i + 1), 1, "m²") : "–"}</dd>
           </div>
         ))}
+        <div title="Two sensors see a whole person from directions at least 60 degrees apart">
+          <dt>Two from different sides</dt>
+          <dd data-testid="plan-crossed">{found ? fixed(100 * found.crossedShare, 0, "%") : "–"}</dd>
+          <dd class="muted" />
+        </div>
       </dl>
       <AreaFields />
     </section>
@@ -96,7 +101,7 @@ function PlaceMany() {
         Place
       </button>
       <input type="number" min={1} max={8} value={count} aria-label="How many sensors to place" data-testid="plan-count" onInput={(e) => setCount(Math.min(Math.max(e.currentTarget.valueAsNumber || 1, 1), 8))} />
-      <span>where they are of most use</span>
+      <span>in the best places</span>
     </form>
   );
 }
@@ -118,7 +123,7 @@ function Sensors() {
     <section class="plan-part" aria-labelledby="plan-sensors">
       <h3 id="plan-sensors">Sensors</h3>
       <label class="check">
-        <input type="checkbox" checked={planRoom.value && roomHasSensors.value} disabled={!roomHasSensors.value} onChange={(e) => (planRoom.value = e.currentTarget.checked)} />
+        <input type="checkbox" data-testid="plan-room" checked={planRoom.value && roomHasSensors.value} disabled={!roomHasSensors.value} onChange={(e) => (planRoom.value = e.currentTarget.checked)} />
         {roomHasSensors.value ? "Count the room's own sensors" : "The room has no calibrated sensor to count"}
       </label>
       <Rows />

@@ -6,8 +6,7 @@ import { SensorState, type SensorStatus } from "../../gen/posefuse/v1/room_pb";
 import { bonesOf, depthColour, depthFacts, paintDepth, rangeOf, type DepthImage, type DepthRange } from "../../model/depth";
 import { fixed, plural } from "../../model/format";
 import { depthLarge, depthOf, showDepth } from "../../state/depth";
-import { colourOf, connection, dialog, sensors } from "../../state/store";
-import { cssColour, sensorColourName } from "../../scene/palette";
+import { connection, dialog, sensors } from "../../state/store";
 import { Modal } from "../Modal";
 
 export function DepthPanel({ sensor, large = false }: { sensor: SensorStatus; large?: boolean }) {
@@ -54,12 +53,14 @@ function Picture({ sensor, large }: { sensor: SensorStatus; large: boolean }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [facts, setFacts] = useState<Facts | null>(null);
   useEffect(() => {
-    const screen = new Screen(canvas.current!);
+    // Still there while this effect is being undone, when the reference is not.
+    const element = canvas.current!;
+    const screen = new Screen(element);
     let told = -Infinity;
     const show = () => {
       const depth = depthOf(name).value;
-      screen.draw(depth?.image ?? null, range, cssColour(sensorColourName(colourOf(name))));
-      canvas.current!.dataset["bodies"] = String(depth?.image.bodies.length ?? 0);
+      screen.draw(depth?.image ?? null, range);
+      element.dataset["bodies"] = String(depth?.image.bodies.length ?? 0);
       const now = performance.now();
       // Figures that change ten times a second cannot be read.
       if (depth && now - told < 500) return;
@@ -69,7 +70,7 @@ function Picture({ sensor, large }: { sensor: SensorStatus; large: boolean }) {
     show();
     const stop = depthOf(name).on(show);
     const resized = new ResizeObserver(show);
-    resized.observe(canvas.current!);
+    resized.observe(element);
     return () => {
       stop();
       resized.disconnect();
@@ -149,7 +150,7 @@ class Screen {
 
   constructor(private canvas: HTMLCanvasElement) {}
 
-  draw(image: DepthImage | null, range: DepthRange, colour: string): void {
+  draw(image: DepthImage | null, range: DepthRange): void {
     const context = this.canvas.getContext("2d");
     const pen = this.small.getContext("2d");
     if (!context || !pen) return;
@@ -168,15 +169,15 @@ class Screen {
     pen.putImageData(this.pixels, 0, 0);
     context.imageSmoothingEnabled = false;
     context.drawImage(this.small, 0, 0, across, down);
-    this.skeletons(context, image, across / width, colour);
+    this.skeletons(context, image, across / width);
   }
 
-  private skeletons(context: CanvasRenderingContext2D, image: DepthImage, scale: number, colour: string): void {
+  private skeletons(context: CanvasRenderingContext2D, image: DepthImage, scale: number): void {
     const at = ([u, v]: [number, number]): [number, number] => [(u + 0.5) * scale, (v + 0.5) * scale];
     const wide = Math.max(this.canvas.width / 160, devicePixelRatio);
     context.lineCap = "round";
-    // A dark edge, so that bones stand out from near and far alike.
-    for (const [style, width] of [["#000", 3 * wide], [colour, 1.7 * wide]] as const) {
+    // White with a black edge, in both themes: the picture below is light and dark in both.
+    for (const [style, width] of [["#000", 3.2 * wide], ["#fff", 1.7 * wide]] as const) {
       context.strokeStyle = style;
       context.lineWidth = width;
       for (const body of image.bodies) {
