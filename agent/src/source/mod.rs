@@ -4,16 +4,21 @@
 //! that it names. Every source stamps frames with a clock of its own; the clock echoes of the uplink are answered by
 //! the same clock ([`SensorSource::clock`]), so that the server can map one to the other.
 
+pub mod azure;
 pub mod csv;
 mod depth;
+mod device_clock;
 mod drive;
+pub mod nite;
 pub mod openni;
+pub mod osc;
 mod pace;
 mod preview;
 mod replay;
 mod sim;
 mod take;
 mod tracked;
+mod vendor;
 
 use std::sync::Arc;
 
@@ -23,10 +28,13 @@ use thiserror::Error;
 
 use crate::Clock;
 
+pub use azure::AzureConfig;
 pub use csv::CsvConfig;
 pub use depth::{DepthFrame, DepthSource};
 pub(crate) use drive::{SourceEvent, inline, inline_queue, on_thread};
+pub use nite::NiteConfig;
 pub use openni::OpenNiConfig;
+pub use osc::OscConfig;
 pub use preview::{DepthPreview, PreviewSlot};
 pub use replay::{RecordedFrame, ReplayConfig};
 pub use sim::{SimConfig, shared_epoch_unix_ns};
@@ -130,6 +138,12 @@ pub enum SourceConfig {
     /// A depth sensor or recording of OpenNI2's, with a body tracker behind it.
     #[serde(rename = "openni")]
     OpenNi(OpenNiConfig),
+    /// Skeletons that another program sends by OSC.
+    Osc(OscConfig),
+    /// A sensor tracked by NiTE 2.2.
+    Nite(NiteConfig),
+    /// An Azure Kinect tracked by Microsoft's Body Tracking SDK.
+    Azure(AzureConfig),
 }
 
 impl SourceConfig {
@@ -139,6 +153,9 @@ impl SourceConfig {
             Self::Sim(config) => Box::new(sim::SimSource::open(config, clock)?),
             Self::Csv(config) => Box::new(csv::open(config, clock.as_ref())?),
             Self::Take(config) => Box::new(take::open(config, clock.as_ref())?),
+            Self::Nite(config) => nite::open(config, clock)?,
+            Self::Azure(config) => azure::open(config, clock)?,
+            Self::Osc(config) => Box::new(osc::OscSource::open(config, clock)?),
             Self::OpenNi(config) => {
                 let depth = openni::open(config, clock)?;
                 Box::new(Tracked::new(depth, config.tracker.clone())?)

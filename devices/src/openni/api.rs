@@ -6,34 +6,15 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
-use libloading::Library;
+use crate::find::functions;
 
 use super::c::{OniDeviceCallbacks, OniDeviceInfo, OniFrame, OniSensorInfo, OniStatus, OniVersion};
 
 /// An `OniDeviceHandle`, `OniStreamHandle`, `OniRecorderHandle` or `OniCallbackHandle`: the library's own.
 pub(super) type Handle = *mut c_void;
 
-macro_rules! functions {
-    ($($field:ident = $symbol:literal: ($($arg:ty),*) $(-> $result:ty)?;)*) => {
-        /// The functions that this crate uses.
-        pub(super) struct Api {
-            $(pub(super) $field: unsafe extern "C" fn($($arg),*) $(-> $result)?,)*
-        }
-
-        impl Api {
-            /// Finds every function, or says which is missing.
-            pub(super) fn of(library: &Library) -> Result<Self, &'static str> {
-                // SAFETY: each type is the one that OniCAPI.h gives the function of this name, and the pointers do
-                // not outlive the library, which is never unloaded.
-                unsafe {
-                    Ok(Self { $($field: *library.get($symbol).map_err(|_| $symbol)?,)* })
-                }
-            }
-        }
-    };
-}
-
 functions! {
+    "OniCAPI.h";
     initialize = "oniInitialize": (c_int) -> OniStatus;
     shutdown = "oniShutdown": ();
     version = "oniGetVersion": () -> OniVersion;

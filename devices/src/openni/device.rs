@@ -208,7 +208,7 @@ impl Device {
         &self.open.openni
     }
 
-    pub(super) fn handle(&self) -> Handle {
+    pub(crate) fn handle(&self) -> Handle {
         self.open.handle
     }
 

@@ -7,12 +7,11 @@ use std::ptr;
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
-use libloading::Library;
-
 use super::OpenNiError;
 use super::api::{Api, Handle};
 use super::c::{API_VERSION, OniDeviceInfo, OniStatus, STATUS_OK, text};
 use super::events::{DeviceEvent, Listener};
+use crate::find::{Found, find};
 
 /// Names of the library, the likeliest first.
 #[cfg(target_os = "windows")]
@@ -71,9 +70,8 @@ impl OpenNi {
     ///
     /// Its drivers come from the folder that OPENNI2_DRIVERS_PATH names, else from the place known to the library.
     pub fn load(place: Option<&Path>) -> Result<Arc<Self>, OpenNiError> {
-        let (library, path) = find(place)?;
-        // The library starts threads and keeps them: it is never unloaded.
-        let library: &'static Library = Box::leak(Box::new(library));
+        let Found { library, path } =
+            find(place, &FOLDERS, &NAMES).map_err(|tried| OpenNiError::Missing { tried })?;
         let api = Api::of(library).map_err(|missing| OpenNiError::NotOpenNi {
             library: path.clone(),
             missing,
@@ -198,40 +196,6 @@ fn failed(api: &Api, status: OniStatus, doing: &str) -> OpenNiError {
 /// A text for C.
 pub(super) fn c_text(text: &str) -> Result<CString, OpenNiError> {
     CString::new(text).map_err(|_| OpenNiError::ZeroByte(text.to_owned()))
-}
-
-fn find(place: Option<&Path>) -> Result<(Library, PathBuf), OpenNiError> {
-    let mut tried = Vec::new();
-    for candidate in candidates(place) {
-        // SAFETY: OpenNI2 does nothing but set up its own variables when it is loaded; that the file is OpenNI2 is
-        // what whoever named it, or installed it under this name, says.
-        match unsafe { Library::new(&candidate) } {
-            Ok(library) => return Ok((library, candidate)),
-            Err(why) => {
-                let why =
-                    std::error::Error::source(&why).map_or(why.to_string(), |why| why.to_string());
-                tried.push(match candidate.exists() {
-                    true => format!("{}: {why}", candidate.display()),
-                    false => candidate.display().to_string(),
-                });
-            }
-        }
-    }
-    Err(OpenNiError::Missing { tried })
-}
-
-/// Where the library may be. A place that was named is the only one.
-fn candidates(place: Option<&Path>) -> Vec<PathBuf> {
-    let within = |folder: &Path| NAMES.map(|name| folder.join(name)).to_vec();
-    match place {
-        Some(place) if place.is_dir() => within(place),
-        Some(place) => vec![place.to_owned()],
-        None => {
-            let folders = FOLDERS.iter().filter_map(std::env::var_os);
-            let named = folders.flat_map(|folder| within(Path::new(&folder)));
-            named.chain(NAMES.map(PathBuf::from)).collect()
-        }
-    }
 }
 
 #[cfg(test)]

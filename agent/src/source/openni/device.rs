@@ -8,8 +8,8 @@ use posefuse_devices::openni::{
 };
 use posefuse_skeleton::{AgentTime, Intrinsics};
 
-use super::clock::DeviceClock;
 use crate::Clock;
+use crate::source::device_clock::DeviceClock;
 use crate::source::{DepthFrame, DepthSource, SourceError};
 
 /// How long a frame is waited for before it is looked whether the device is still there.

@@ -1,6 +1,5 @@
 //! Depth through OpenNI2: a sensor on this computer, or a recording (`.oni`).
 
-mod clock;
 mod device;
 mod file;
 
