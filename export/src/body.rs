@@ -3,27 +3,45 @@
 use std::collections::BTreeMap;
 
 use posefuse_kinematics::{Config, Learner, Rig, RigPose, Solver};
-use posefuse_skeleton::{Room, SensorSet, Skeleton, Timestamp, Track, TrackId};
+use posefuse_skeleton::{Room, SensorSet, Skeleton, Timestamp, Track, TrackId, trunk_axes};
 
 use crate::Who;
 
+/// In fewer frames than this no pose of a rig may come about at any instant of an export.
+const LEAST_TRUNKS: usize = 3;
+
 /// Learns how everybody is built.
 #[derive(Default)]
-pub(crate) struct Learners(BTreeMap<Who, Learner>);
+pub(crate) struct Learners(BTreeMap<Who, Learning>);
+
+#[derive(Default)]
+struct Learning {
+    learner: Learner,
+    /// In how many frames the trunk was seen, counted up to [`LEAST_TRUNKS`].
+    trunks: usize,
+}
 
 impl Learners {
     pub(crate) fn add(&mut self, who: &Who, skeleton: &Skeleton<Room>) {
         if !self.0.contains_key(who) {
-            self.0.insert(who.clone(), Learner::default());
+            self.0.insert(who.clone(), Learning::default());
         }
-        if let Some(learner) = self.0.get_mut(who) {
-            learner.add(skeleton);
+        if let Some(learning) = self.0.get_mut(who) {
+            learning.learner.add(skeleton);
+            if learning.trunks < LEAST_TRUNKS {
+                let joints = skeleton.map(|_, state| state.position);
+                learning.trunks += usize::from(trunk_axes(&joints).is_some());
+            }
         }
     }
 
-    /// What moves a person's rig; `None` for who was never shown.
+    /// What moves a person's rig; `None` for who was never shown, and whose trunk was not: nothing tells where they are.
     pub(crate) fn mover(&self, who: &Who) -> Option<Mover> {
-        let body = self.0.get(who)?.body();
+        let learning = self.0.get(who)?;
+        if learning.trunks < LEAST_TRUNKS {
+            return None;
+        }
+        let body = learning.learner.body();
         let solver = Solver::new(&body, Config::default());
         Some(Mover {
             solver,

@@ -41,11 +41,7 @@ pub(crate) fn angles(
         // Only the sum (or difference) of the outer angles shows.
         let third = last_or_zero[2].to_radians();
         let both = (sign * m(k, j)).atan2(m(j, j));
-        [
-            both - sign * sine.signum() * sign * third,
-            sine.asin(),
-            third,
-        ]
+        [both - sign * sine.signum() * third, sine.asin(), third]
     };
     let principal = principal.map(f64::to_degrees);
     let mirrored = [

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use posefuse_session::{TakeHeader, TakeReader};
 use posefuse_skeleton::{Room, Skeleton, Timestamp};
 
+use crate::source::Seen;
 use crate::{ExportError, Options, Phase, Progress, Result, Who};
 
 /// Rates that recordings usually have, frames per second.
@@ -72,6 +73,63 @@ struct Span {
     last: Timestamp,
 }
 
+/// The first reading.
+#[derive(Default)]
+struct Scan {
+    spans: BTreeMap<Who, Span>,
+    /// How often each time between two frames of a person was seen, in tenths of a millisecond: fine enough for a rate, and
+    /// it bounds the table.
+    steps: BTreeMap<i64, u64>,
+}
+
+impl Scan {
+    fn of(
+        take: &TakeReader,
+        options: &Options,
+        (from, to): (Option<Timestamp>, Option<Timestamp>),
+        learn: &mut dyn FnMut(&Who, &Skeleton<Room>),
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Self> {
+        // Who is seen a little before the span and in it is there from its beginning.
+        let gap_ns = (options.max_gap_s * 1e9) as i64;
+        let margin = from.map_or(Timestamp::from_ns(i64::MIN), |from| from.plus_ns(-gap_ns))
+            ..=to.map_or(Timestamp::from_ns(i64::MAX), |to| to.plus_ns(gap_ns));
+        let mut scan = Self::default();
+        let total = options.source.messages(take);
+        for (done, seen) in options.source.read(take)?.enumerate() {
+            progress(Progress {
+                phase: Phase::Looking,
+                done: done as u64 + 1,
+                total,
+            });
+            let Some(Seen { time, people }) = seen? else {
+                continue;
+            };
+            for (who, skeleton) in people {
+                // A body is learned from the whole take: a person has the same rig in every span.
+                learn(&who, &skeleton);
+                if margin.contains(&time) {
+                    scan.add(who, time);
+                }
+            }
+        }
+        Ok(scan)
+    }
+
+    fn add(&mut self, who: Who, time: Timestamp) {
+        let first = Span {
+            first: time,
+            last: time,
+        };
+        let span = self.spans.entry(who).or_insert(first);
+        if time > span.last {
+            let step = time.since_ns(span.last) / 100_000;
+            *self.steps.entry(step).or_default() += 1;
+            span.last = time;
+        }
+    }
+}
+
 impl Plan {
     /// Reads the take once; `learn` is shown everybody.
     ///
@@ -85,33 +143,7 @@ impl Plan {
     ) -> Result<Self> {
         let header = take.header().clone();
         let (from, to) = span_of(&header, options);
-        let mut spans: BTreeMap<Who, Span> = BTreeMap::new();
-        let mut steps: BTreeMap<i64, u64> = BTreeMap::new();
-        let total = options.source.messages(take);
-        for (done, seen) in options.source.read(take)?.enumerate() {
-            progress(Progress {
-                phase: Phase::Looking,
-                done: done as u64 + 1,
-                total,
-            });
-            let Some(seen) = seen? else { continue };
-            if from.is_some_and(|from| seen.time < from) || to.is_some_and(|to| seen.time > to) {
-                continue;
-            }
-            let time = seen.time;
-            for (who, skeleton) in seen.people {
-                learn(&who, &skeleton);
-                let span = spans.entry(who).or_insert(Span {
-                    first: time,
-                    last: time,
-                });
-                if time > span.last {
-                    // Tenths of a millisecond are fine enough for a rate, and bound the table.
-                    *steps.entry(time.since_ns(span.last) / 100_000).or_default() += 1;
-                    span.last = time;
-                }
-            }
-        }
+        let Scan { spans, steps } = Scan::of(take, options, (from, to), learn, progress)?;
         let nobody = |reason: String| ExportError::Nobody {
             take: header.name.clone(),
             reason,
@@ -126,7 +158,8 @@ impl Plan {
             rate_hz: options.rate_hz.unwrap_or_else(|| usual_rate(&steps)),
         };
         let present = |(who, span): (Who, Span)| {
-            let (first, last) = (grid.from(span.first), grid.until(span.last)?);
+            let end = to.map_or(span.last, |to| to.min(span.last));
+            let (first, last) = (grid.from(span.first), grid.until(end)?);
             (first <= last).then_some(Presence { who, first, last })
         };
         let people: Vec<Presence> = people.into_iter().filter_map(present).collect();

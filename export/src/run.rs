@@ -1,18 +1,18 @@
 //! An export from end to end: two readings of a take, files that appear when they are whole.
 
-use std::fs::{self, File};
-use std::io::BufWriter;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use posefuse_session::TakeReader;
 use posefuse_skeleton::Timestamp;
-use serde::Serialize;
 
 use crate::body::{Learners, Mover};
+use crate::draft::Draft;
 use crate::format::Format;
 use crate::plan::Plan;
+use crate::report::{Report, Tally, tallies};
 use crate::resample::Resampler;
-use crate::write::{self, Figure, Moment, Sheet, Sink};
+use crate::write::{Figure, Moment, Sheet};
 use crate::{ExportError, Options, Result, Who};
 
 /// Which reading of the take it is.
@@ -33,59 +33,6 @@ pub struct Progress {
     pub done: u64,
     /// Of so many.
     pub total: u64,
-}
-
-/// What an export made.
-#[derive(Clone, Debug, Serialize)]
-pub struct Report {
-    /// The take.
-    pub take: String,
-    /// Civil time of the take's start (UTC), RFC 3339.
-    pub started: String,
-    /// Frames per second of the files.
-    pub rate_hz: f64,
-    /// The people, in order.
-    pub people: Vec<PersonReport>,
-    /// How many more were seen for too short.
-    pub passers_by: usize,
-    /// The files.
-    pub files: Vec<FileReport>,
-}
-
-/// A person of an export.
-#[derive(Clone, Debug, Serialize)]
-pub struct PersonReport {
-    /// Who, as in the files.
-    pub person: Who,
-    /// When they came, seconds since the take's start.
-    pub from_s: f64,
-    /// When they left.
-    pub to_s: f64,
-    /// From the one to the other.
-    pub frames: u64,
-    /// Frames among them in which no joint is known. A rig keeps its pose in them.
-    pub frames_without: u64,
-    /// The share of joints that are missing in the other frames.
-    pub missing_share: f64,
-}
-
-/// A file of an export.
-#[derive(Clone, Debug, Serialize)]
-pub struct FileReport {
-    /// Where it is.
-    pub path: PathBuf,
-    /// What it is.
-    pub format: Format,
-    /// Whose motion it has.
-    pub people: Vec<Who>,
-    /// When its first frame is, seconds since the take's start.
-    pub from_s: f64,
-    /// The same as civil time (UTC), RFC 3339.
-    pub from_utc: String,
-    /// How many frames it has.
-    pub frames: u64,
-    /// Its size.
-    pub bytes: u64,
 }
 
 /// Exports a take into files of `folder`, which is made if it is not there. Files get the take's name, the person's
@@ -116,8 +63,18 @@ pub fn export(
         .iter()
         .map(|mover| mover.as_ref().map(|mover| mover.rig().clone()))
         .collect();
-    fs::create_dir_all(folder).map_err(ExportError::write(folder))?;
     let sheets = sheets(&plan, &rigs, options);
+    if sheets.is_empty() {
+        let (take, reason) = (
+            plan.header.name.clone(),
+            crate::write::NEVER_SEEN.to_owned(),
+        );
+        return Err(ExportError::Nobody { take, reason });
+    }
+    let rigless = plan.people.iter().zip(&rigs);
+    let rigless = rigless.filter(|(_, rig)| with_rigs && rig.is_none());
+    let without_rig: Vec<Who> = rigless.map(|(person, _)| person.who.clone()).collect();
+    fs::create_dir_all(folder).map_err(ExportError::write(folder))?;
     let paths: Vec<PathBuf> = sheets
         .iter()
         .map(|sheet| folder.join(file_name(sheet, options)))
@@ -152,6 +109,7 @@ pub fn export(
             .map(|(tally, person)| tally.report(&plan, person))
             .collect(),
         passers_by: plan.passers_by,
+        without_rig,
         files: reports,
     })
 }
@@ -239,47 +197,12 @@ impl Writing<'_> {
     }
 }
 
-/// Counts what was known of a person.
-#[derive(Clone, Default)]
-struct Tally {
-    frames_with: u64,
-    joints: u64,
-}
-
-fn tallies(plan: &Plan) -> Vec<Tally> {
-    vec![Tally::default(); plan.people.len()]
-}
-
-impl Tally {
-    fn count(&mut self, joints: usize) {
-        self.frames_with += 1;
-        self.joints += joints as u64;
-    }
-
-    fn report(&self, plan: &Plan, person: &crate::plan::Presence) -> PersonReport {
-        let frames = person.last - person.first + 1;
-        let joints = self.frames_with * posefuse_skeleton::JOINT_COUNT as u64;
-        PersonReport {
-            person: person.who.clone(),
-            from_s: plan.seconds(person.first),
-            to_s: plan.seconds(person.last),
-            frames,
-            frames_without: frames - self.frames_with,
-            missing_share: match joints {
-                0 => 1.0,
-                joints => 1.0 - self.joints as f64 / joints as f64,
-            },
-        }
-    }
-}
-
 /// What goes into which file.
 fn sheets<'a>(
     plan: &'a Plan,
     rigs: &'a [Option<posefuse_kinematics::Rig>],
     options: &Options,
 ) -> Vec<(Format, Sheet<'a>)> {
-    let everybody: Vec<usize> = (0..plan.people.len()).collect();
     let sheet = |format: Format, people: Vec<usize>| {
         let (mut first, mut last) = plan.frames();
         if !options.whole && format.is_one_person() {
@@ -302,10 +225,15 @@ fn sheets<'a>(
     };
     let mut sheets = Vec::new();
     for format in options.formats() {
+        let with_rig = |person: &usize| !format.is_rig() || rigs[*person].is_some();
+        let people: Vec<usize> = (0..plan.people.len()).filter(with_rig).collect();
+        if people.is_empty() {
+            continue;
+        }
         if format.is_one_person() {
-            sheets.extend(everybody.iter().map(|person| sheet(format, vec![*person])));
+            sheets.extend(people.into_iter().map(|person| sheet(format, vec![person])));
         } else {
-            sheets.push(sheet(format, everybody.clone()));
+            sheets.push(sheet(format, people));
         }
     }
     sheets
@@ -319,71 +247,5 @@ fn file_name((format, sheet): &(Format, Sheet), options: &Options) -> String {
         (true, _) => format!("{take}-{}{ending}", sheet.plan.people[sheet.people[0]].who),
         (false, crate::Source::Fused) => format!("{take}{ending}"),
         (false, source) => format!("{take}-{source}{ending}"),
-    }
-}
-
-/// A file under another name until it is whole. It vanishes if it never becomes so.
-struct Draft<'a> {
-    format: Format,
-    people: Vec<Who>,
-    first: u64,
-    last: u64,
-    sink: Option<Box<dyn Sink + 'a>>,
-    part: PathBuf,
-    path: PathBuf,
-}
-
-impl<'a> Draft<'a> {
-    fn open(format: Format, sheet: Sheet<'a>, path: PathBuf) -> Result<Self> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let part = path.with_file_name(format!(".{name}.part"));
-        let file = File::create(&part).map_err(ExportError::write(&part))?;
-        let mut draft = Self {
-            format,
-            people: sheet.who().cloned().collect(),
-            first: sheet.first,
-            last: sheet.last,
-            sink: None,
-            part,
-            path,
-        };
-        let sink = write::open(format, sheet, BufWriter::new(file));
-        draft.sink = Some(sink.map_err(ExportError::write(&draft.path))?);
-        Ok(draft)
-    }
-
-    fn moment(&mut self, moment: &Moment) -> Result<()> {
-        match &mut self.sink {
-            Some(sink) if (self.first..=self.last).contains(&moment.frame) => {
-                sink.moment(moment).map_err(ExportError::write(&self.path))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn finish(mut self, plan: &Plan) -> Result<FileReport> {
-        if let Some(sink) = self.sink.take() {
-            sink.finish().map_err(ExportError::write(&self.path))?;
-        }
-        let bytes = fs::metadata(&self.part)
-            .map_err(ExportError::write(&self.part))?
-            .len();
-        fs::rename(&self.part, &self.path).map_err(ExportError::write(&self.path))?;
-        Ok(FileReport {
-            path: std::mem::take(&mut self.path),
-            format: self.format,
-            people: std::mem::take(&mut self.people),
-            from_s: plan.seconds(self.first),
-            from_utc: plan.civil(self.first),
-            frames: self.last - self.first + 1,
-            bytes,
-        })
-    }
-}
-
-impl Drop for Draft<'_> {
-    fn drop(&mut self) {
-        // What was finished has its own name by now; for the rest there is nobody to tell.
-        let _ = fs::remove_file(&self.part);
     }
 }

@@ -52,7 +52,7 @@ impl Sink for C3d<'_> {
     fn moment(&mut self, moment: &Moment) -> io::Result<()> {
         for index in 0..self.sheet.people.len() {
             let person = self.sheet.people[index];
-            let figure = moment.people.iter().find(|figure| figure.person == person);
+            let figure = moment.figure(person);
             for joint in Joint::ALL {
                 self.point(figure.and_then(|figure| figure.skeleton[joint].as_ref()))?;
             }

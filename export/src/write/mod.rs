@@ -43,13 +43,14 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
+    /// A person's figure, if they are there.
+    fn figure(&self, person: usize) -> Option<&Figure> {
+        self.people.iter().find(|figure| figure.person == person)
+    }
+
     /// The pose of a person's rig, if there is one.
     fn pose_of(&self, person: usize) -> Option<&RigPose> {
-        self.people
-            .iter()
-            .find(|figure| figure.person == person)?
-            .pose
-            .as_ref()
+        self.figure(person)?.pose.as_ref()
     }
 }
 
@@ -113,9 +114,9 @@ pub(crate) fn open<'a>(
     })
 }
 
-/// There is no pose to write.
+/// Why there is no pose to write, and what to do.
+pub(crate) const NEVER_SEEN: &str = "no trunk is ever seen, so there is no pose of a rig; export joints (csv, trc, c3d) or other people";
+
 fn never_seen() -> io::Error {
-    io::Error::other(
-        "the person's trunk is never seen, so there is no pose of a rig; export joints (csv, trc, c3d) or other people",
-    )
+    io::Error::other(NEVER_SEEN)
 }

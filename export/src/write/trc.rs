@@ -48,7 +48,8 @@ impl Sink for Trc<'_> {
             moment.frame - first + 1,
             plan.seconds(moment.frame)
         )?;
-        let skeleton = moment.people.first().map(|figure| &figure.skeleton);
+        let figure = moment.figure(self.sheet.people[0]);
+        let skeleton = figure.map(|figure| &figure.skeleton);
         for joint in Joint::ALL {
             match skeleton.and_then(|skeleton| skeleton.position(joint)) {
                 Some(position) => {

@@ -1,0 +1,76 @@
+//! A file that appears when it is whole.
+
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::PathBuf;
+
+use crate::format::Format;
+use crate::plan::Plan;
+use crate::write::{self, Moment, Sheet, Sink};
+use crate::{ExportError, FileReport, Result, Who};
+
+/// A file under another name until it is whole. It vanishes if it never becomes so.
+pub(crate) struct Draft<'a> {
+    format: Format,
+    people: Vec<Who>,
+    first: u64,
+    last: u64,
+    sink: Option<Box<dyn Sink + 'a>>,
+    part: PathBuf,
+    path: PathBuf,
+}
+
+impl<'a> Draft<'a> {
+    pub(crate) fn open(format: Format, sheet: Sheet<'a>, path: PathBuf) -> Result<Self> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let part = path.with_file_name(format!(".{name}.part"));
+        let file = File::create(&part).map_err(ExportError::write(&part))?;
+        let mut draft = Self {
+            format,
+            people: sheet.who().cloned().collect(),
+            first: sheet.first,
+            last: sheet.last,
+            sink: None,
+            part,
+            path,
+        };
+        let sink = write::open(format, sheet, BufWriter::new(file));
+        draft.sink = Some(sink.map_err(ExportError::write(&draft.path))?);
+        Ok(draft)
+    }
+
+    pub(crate) fn moment(&mut self, moment: &Moment) -> Result<()> {
+        match &mut self.sink {
+            Some(sink) if (self.first..=self.last).contains(&moment.frame) => {
+                sink.moment(moment).map_err(ExportError::write(&self.path))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    pub(crate) fn finish(mut self, plan: &Plan) -> Result<FileReport> {
+        if let Some(sink) = self.sink.take() {
+            sink.finish().map_err(ExportError::write(&self.path))?;
+        }
+        let bytes = fs::metadata(&self.part)
+            .map_err(ExportError::write(&self.part))?
+            .len();
+        fs::rename(&self.part, &self.path).map_err(ExportError::write(&self.path))?;
+        Ok(FileReport {
+            path: std::mem::take(&mut self.path),
+            format: self.format,
+            people: std::mem::take(&mut self.people),
+            from_s: plan.seconds(self.first),
+            from_utc: plan.civil(self.first),
+            frames: self.last - self.first + 1,
+            bytes,
+        })
+    }
+}
+
+impl Drop for Draft<'_> {
+    fn drop(&mut self) {
+        // What was finished has its own name by now; for the rest there is nobody to tell.
+        let _ = fs::remove_file(&self.part);
+    }
+}
