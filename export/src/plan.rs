@@ -197,8 +197,29 @@ impl Plan {
 
     /// When a frame is, civil time (UTC), RFC 3339.
     pub(crate) fn civil(&self, frame: u64) -> String {
-        let time = jiff::Timestamp::from_nanosecond(i128::from(self.unix_ns(frame)));
-        time.map_or_else(|_| self.header.started.clone(), |time| format!("{time:.6}"))
+        let time = self.civil_time(frame);
+        time.map_or_else(|| self.header.started.clone(), |time| format!("{time:.6}"))
+    }
+
+    /// The same as year, month, day, hour, minute, second and millisecond.
+    pub(crate) fn civil_parts(&self, frame: u64) -> Option<[i32; 7]> {
+        let at = jiff::tz::TimeZone::UTC.to_datetime(self.civil_time(frame)?);
+        let day = [i32::from(at.year()), at.month().into(), at.day().into()];
+        let time = [at.hour(), at.minute(), at.second()].map(i32::from);
+        let ([year, month, day], [hour, minute, second]) = (day, time);
+        Some([
+            year,
+            month,
+            day,
+            hour,
+            minute,
+            second,
+            at.millisecond().into(),
+        ])
+    }
+
+    fn civil_time(&self, frame: u64) -> Option<jiff::Timestamp> {
+        jiff::Timestamp::from_nanosecond(i128::from(self.unix_ns(frame))).ok()
     }
 }
 

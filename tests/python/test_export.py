@@ -7,6 +7,9 @@ import json
 import math
 import subprocess
 
+import bvhio
+import c3d
+import ezc3d
 import numpy as np
 import pytest
 
@@ -78,7 +81,6 @@ def test_the_table_shows_people_who_walk(exported, truth):
 
 
 def test_ezc3d_and_c3d_find_the_points_of_the_c3d(exported, truth):
-    ezc3d = pytest.importorskip("ezc3d")
     folder, _ = exported
     path = str(folder / "walk-truth.c3d")
     file = ezc3d.c3d(path)
@@ -92,7 +94,6 @@ def test_ezc3d_and_c3d_find_the_points_of_the_c3d(exported, truth):
         assert np.abs(found - places).max() < 1e-3
         names = [labels[index].split(":")[1] for index in mine]
         stands_walks_and_faces_ahead(found, names.index)
-    c3d = pytest.importorskip("c3d")
     with open(path, "rb") as handle:
         reader = c3d.Reader(handle)
         assert [label.strip() for label in reader.point_labels] == labels
@@ -122,6 +123,47 @@ def test_pyarrow_reads_the_tables(exported, truth):
     assert tidy.schema.field("x_m").type == "double" and tidy.schema.field("unix_ns").type == "int64"
     wide = tables.read_csv(folder / "walk-truth.csv")
     assert wide.num_columns == 4 + 4 * JOINTS
+
+
+def posefuse(*arguments):
+    from conftest import POSEFUSE
+
+    return subprocess.run([POSEFUSE, *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+
+
+def test_what_cannot_be_is_refused_with_the_way_out(exported, tmp_path):
+    folder, _ = exported
+    common = ["export", "walk", "--takes", folder, "--out", tmp_path]
+    for arguments, code, words in [
+        ([], 2, "preset"),
+        (["--preset", "excel"], 2, "there are blender, unity"),
+        (["--format", "bvh", "--axes", "unity"], 2, "mirrored"),
+        (["--format", "glb", "--unit", "cm"], 2, "always"),
+        (["--format", "csv", "--names", "mixamo"], 2, "joints"),
+        (["--format", "csv", "--from", "9", "--to", "3"], 2, "not after"),
+        (["--format", "csv", "--person", "77"], 1, "there are person"),
+    ]:
+        done = posefuse(*common, *arguments)
+        assert done.returncode == code and words in done.stderr, (arguments, done.returncode, done.stderr)
+    assert not list(tmp_path.iterdir())
+    assert posefuse(*common, "--format", "csv").returncode == 0
+    again = posefuse(*common, "--format", "csv")
+    assert again.returncode == 1 and "--force" in again.stderr
+    assert posefuse(*common, "--format", "csv", "--force").returncode == 0
+
+
+def test_a_take_that_cannot_be_read_costs_itself_only(exported, tmp_path):
+    folder, _ = exported
+    takes, out = tmp_path / "takes", tmp_path / "out"
+    takes.mkdir()
+    whole = (folder / "walk.mcap").read_bytes()
+    (takes / "good.mcap").write_bytes(whole)
+    (takes / "torn.mcap").write_bytes(whole[: len(whole) // 2])
+    done = posefuse("export", takes, "--preset", "kinect", "--out", out, "--json")
+    assert done.returncode == 3, done.stderr
+    good, torn = json.loads(done.stdout)
+    assert good["take"] == "good" and torn["take"] == "torn" and torn["error"]
+    assert [path.name for path in out.iterdir()] == ["good.csv"]
 
 
 def glb_bones(path):
@@ -180,7 +222,6 @@ JOINT_OF_BONE = {
 
 
 def test_a_glb_shows_the_people_and_bvhio_finds_the_same_bones_in_the_bvh(exported, truth):
-    bvhio = pytest.importorskip("bvhio")
     folder, _ = exported
     with (folder / "walk-truth.csv").open() as file:
         joints = [name[: -len("_x_m")] for name in next(csv.reader(file)) if name.endswith("_x_m")]

@@ -186,5 +186,8 @@ fn another_rate_and_span_gives_the_motion_between_the_frames() {
     }
     // Where a limb starts or stops between two frames, nobody can know when.
     let typical = f64::sqrt(sum / count);
-    assert!(worst < 2.0 && typical < 0.1, "{worst} mm off between frames, {typical} mm RMS");
+    assert!(
+        worst < 2.0 && typical < 0.1,
+        "{worst} mm off between frames, {typical} mm RMS"
+    );
 }

@@ -133,6 +133,7 @@ fn head(document: &mut Document, sheet: &Sheet) -> io::Result<()> {
         document.leaf("FBXHeaderVersion", &[Int(1003)])?;
         document.leaf("FBXVersion", &[Int(7400)])?;
         document.leaf("EncryptionType", &[Int(0)])?;
+        time_stamp(document, sheet)?;
         document.leaf("Creator", &[Text(CREATOR)])?;
         let info = "GlobalInfo\0\u{1}SceneInfo";
         document.node("SceneInfo", &[Text(info), Text("UserData")], |document| {
@@ -168,6 +169,29 @@ fn head(document: &mut Document, sheet: &Sheet) -> io::Result<()> {
         )
     })?;
     document.leaf("References", &[])
+}
+
+/// Civil time of the first frame, UTC.
+fn time_stamp(document: &mut Document, sheet: &Sheet) -> io::Result<()> {
+    let Some(at) = sheet.plan.civil_parts(sheet.first) else {
+        return Ok(());
+    };
+    let names = [
+        "Year",
+        "Month",
+        "Day",
+        "Hour",
+        "Minute",
+        "Second",
+        "Millisecond",
+    ];
+    document.node("CreationTimeStamp", &[], |document| {
+        document.leaf("Version", &[Int(1000)])?;
+        let parts = names.iter().zip(at);
+        parts
+            .into_iter()
+            .try_for_each(|(name, part)| document.leaf(name, &[Int(part)]))
+    })
 }
 
 /// Axes, unit and time.
