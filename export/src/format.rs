@@ -12,6 +12,8 @@ choices! {
         Csv = "csv",
         /// Joints as a table: a row for each joint of each person and frame.
         CsvTidy = "csv-tidy",
+        /// Joints as columns, rows as in `csv-tidy`: pandas, DuckDB, R.
+        Parquet = "parquet",
         /// Joints as markers for OpenSim, one file a person.
         Trc = "trc",
         /// Joints as markers for gait labs.
@@ -31,6 +33,7 @@ impl Format {
         match self {
             Self::Csv => ".csv",
             Self::CsvTidy => ".tidy.csv",
+            Self::Parquet => ".parquet",
             Self::Trc => ".trc",
             Self::C3d => ".c3d",
             Self::Bvh => ".bvh",
@@ -52,7 +55,7 @@ impl Format {
     /// What its readers expect unless they are told otherwise.
     pub fn usual_space(self) -> Space {
         let (axes, unit) = match self {
-            Self::Csv | Self::CsvTidy => (Axes::Room, Unit::Metre),
+            Self::Csv | Self::CsvTidy | Self::Parquet => (Axes::Room, Unit::Metre),
             Self::Trc => (Axes::OpenSim, Unit::Millimetre),
             Self::C3d => (Axes::Room, Unit::Millimetre),
             Self::Bvh | Self::Fbx => (Axes::YUp, Unit::Centimetre),
@@ -65,7 +68,7 @@ impl Format {
     pub(crate) fn objection(self, space: Space) -> Option<String> {
         let Space { axes, unit } = space;
         match self {
-            Self::Csv | Self::CsvTidy => None,
+            Self::Csv | Self::CsvTidy | Self::Parquet => None,
             Self::Glb if axes != Axes::YUp || unit != Unit::Metre => Some(
                 "a GLB is always `y-up` in `m`, by its standard; every reader converts by itself"
                     .to_owned(),

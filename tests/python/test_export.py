@@ -9,6 +9,7 @@ import subprocess
 
 import bvhio
 import c3d
+import duckdb
 import ezc3d
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ def exported(tmp_path_factory):
 
     run("simulate", "--out", "walk", "--seconds", SECONDS, "--people", 2, "--sensors", 2, "--true-calibration", "--takes", folder)
     common = ["export", "walk", "--takes", folder, "--out", folder, "--source", "truth", "--json"]
-    reports = json.loads(run(*common, "--format", "csv,csv-tidy,trc,c3d,bvh,glb,fbx", "--names", "humanoid", "--whole"))
+    reports = json.loads(run(*common, "--format", "csv,csv-tidy,parquet,trc,c3d,bvh,glb,fbx", "--names", "humanoid", "--whole"))
     return folder, reports[0]
 
 
@@ -115,14 +116,24 @@ def test_a_trc_has_the_joints_in_opensims_axes(exported, truth):
         stands_walks_and_faces_ahead(found, names.index)
 
 
-def test_pyarrow_reads_the_tables(exported, truth):
-    tables = pytest.importorskip("pyarrow.csv")
+def test_duckdb_reads_the_tables_and_the_columns(exported, truth):
     folder, _ = exported
-    tidy = tables.read_csv(folder / "walk-truth.tidy.csv")
-    assert tidy.num_rows == sum(places.shape[0] * JOINTS for places in truth.values())
-    assert tidy.schema.field("x_m").type == "double" and tidy.schema.field("unix_ns").type == "int64"
-    wide = tables.read_csv(folder / "walk-truth.csv")
-    assert wide.num_columns == 4 + 4 * JOINTS
+    tidy, columns, wide = (str(folder / f"walk-truth{ending}") for ending in (".tidy.csv", ".parquet", ".csv"))
+    rows = sum(places.shape[0] * JOINTS for places in truth.values())
+    for table in (tidy, columns):
+        assert duckdb.sql(f"select count(*) from '{table}'").fetchall()[0] == (rows,)
+    kinds = dict(zip(duckdb.sql(f"select * from '{columns}'").columns, map(str, duckdb.sql(f"select * from '{columns}'").types)))
+    assert (kinds["unix_ns"], kinds["person"], kinds["x_m"]) == ("BIGINT", "VARCHAR", "FLOAT")
+    # Row for row the same as the table of text.
+    off = duckdb.sql(f"""
+        select count(*), max(abs(a.x_m - b.x_m)), max(abs(a.y_m - b.y_m)), max(abs(a.z_m - b.z_m)), max(abs(a.time_s - b.time_s))
+        from '{columns}' a join '{tidy}' b on a.frame = b.frame and a.person = b.person and a.joint = b.joint
+            and a.unix_ns = b.unix_ns and a.provenance = b.provenance
+    """).fetchall()[0]
+    assert off[0] == rows and max(off[1:]) < 2e-6, off
+    assert len(duckdb.sql(f"select * from '{wide}'").columns) == 4 + 4 * JOINTS
+    head = duckdb.sql(f"select max(z_m) from '{columns}' where joint = 'Head'").fetchall()[0][0]
+    assert 1.3 < head < 2.0, "the head is not up"
 
 
 def posefuse(*arguments):

@@ -6,6 +6,7 @@ mod csv;
 mod fbx;
 mod figure;
 mod glb;
+mod parquet;
 mod trc;
 mod tree;
 
@@ -106,6 +107,7 @@ pub(crate) fn open<'a>(
     Ok(match format {
         Format::Csv => Box::new(csv::Csv::begin(sheet, csv::Layout::Wide, out)?),
         Format::CsvTidy => Box::new(csv::Csv::begin(sheet, csv::Layout::Tidy, out)?),
+        Format::Parquet => Box::new(parquet::Parquet::begin(sheet, out)?),
         Format::Trc => Box::new(trc::Trc::begin(sheet, out)?),
         Format::C3d => Box::new(c3d::C3d::begin(sheet, out)?),
         Format::Bvh => Box::new(bvh::Bvh::begin(sheet, out)?),
