@@ -1,5 +1,7 @@
 //! How many sensors see each place.
 
+use std::f64::consts::{FRAC_PI_3, PI, TAU};
+
 use posefuse_skeleton::Position;
 
 use crate::view::Cone;
@@ -34,7 +36,12 @@ pub struct Coverage {
     pub layers: [Layer; 3],
     /// How many sensors see a person who stands there from head to foot.
     pub whole: Layer,
+    /// Share of the cells where two of these look from different sides: directions at least 60 degrees apart.
+    pub crossed_share: f64,
 }
+
+/// Directions so far apart show different sides of a person, radians.
+pub(crate) const CROSSED_RAD: f64 = FRAC_PI_3;
 
 impl Coverage {
     /// Looks from all `views` at all cells.
@@ -54,8 +61,37 @@ impl Coverage {
                 })
             }),
             whole: count(PERSON_M[1], &sees_whole),
+            crossed_share: crossed_share(&cones, area),
         }
     }
+}
+
+fn crossed_share(cones: &[Cone], area: &Area) -> f64 {
+    let crossed = area
+        .cells()
+        .filter(|cell| widest(&bearings(cones, *cell)) >= CROSSED_RAD);
+    crossed.count() as f64 / (area.columns * area.rows) as f64
+}
+
+/// From where those look that see a whole person at a place: the angle of the way to each, radians.
+pub(crate) fn bearings(cones: &[Cone], cell: [f64; 2]) -> Vec<f64> {
+    let seeing = cones.iter().filter(|cone| sees_whole(cone, cell));
+    seeing.map(|cone| cone.bearing_from(cell)).collect()
+}
+
+/// The largest angle between two of them, radians; 0 for fewer than two.
+pub(crate) fn widest(bearings: &[f64]) -> f64 {
+    let pairs = bearings
+        .iter()
+        .enumerate()
+        .flat_map(|(index, a)| bearings[index + 1..].iter().map(move |b| angle(*a, *b)));
+    pairs.fold(0.0, f64::max)
+}
+
+/// The angle between two bearings, 0 to pi.
+pub(crate) fn angle(a: f64, b: f64) -> f64 {
+    let turn = (a - b).rem_euclid(TAU);
+    if turn > PI { TAU - turn } else { turn }
 }
 
 /// Whether a person who stands there is in view from head to foot.
@@ -103,6 +139,27 @@ mod tests {
         assert_eq!(seen.last(), Some(&4.375));
         assert!(coverage.layers[1].share(1) > coverage.whole.share(1));
         assert_eq!(coverage.whole.share(2), 0.0);
+    }
+
+    #[test]
+    fn two_sensors_side_by_side_show_one_side_only() {
+        let area = Area::about(0.0, 0.0).unwrap();
+        let target = [0.0, 0.0, 0.9];
+        let south = view("a", [0.0, -2.5, 1.2], target);
+        let beside = view("b", [1.0, -2.5, 1.2], target);
+        let east = view("c", [2.5, 0.0, 1.2], target);
+        // Of the floor that both see, how much they see from different sides.
+        let crossed = |other: &View| {
+            let coverage = Coverage::of(&[south.clone(), other.clone()], &area);
+            coverage.crossed_share / coverage.whole.share(2)
+        };
+        let (side_by_side, across) = (crossed(&beside), crossed(&east));
+        assert!(
+            side_by_side < 0.05 && across > 0.6,
+            "{side_by_side} {across}"
+        );
+        assert_eq!(Coverage::of(&[south], &area).crossed_share, 0.0);
+        assert!((angle(3.0, -3.0) - (TAU - 6.0)).abs() < 1e-12);
     }
 
     #[test]

@@ -40,7 +40,7 @@ pub struct Interference {
     pub pair: [usize; 2],
     /// How much of the one's view, up to 2 m above the floor, the other lights too.
     pub shares: [f64; 2],
-    /// Each stands in the other's view and shines into it.
+    /// Each looks into the other: stands within 30 degrees of its axis.
     pub facing: bool,
     /// How bad it is.
     pub severity: Severity,
@@ -79,8 +79,9 @@ fn between(two: [&View; 2], pair: [usize; 2]) -> Option<Interference> {
         _ => return None,
     };
     let shares = [overlap(two[0], two[1]), overlap(two[1], two[0])];
-    let [a, b] = two.map(|view| (view.cone(), view.room_from_sensor.origin()));
-    let facing = a.0.faces(b.1) && b.0.faces(a.1);
+    let facing = [[two[0], two[1]], [two[1], two[0]]]
+        .iter()
+        .all(|[one, other]| one.stares_at(other.room_from_sensor.origin()));
     if shares.iter().all(|share| *share < SLIGHT) && !facing {
         return None;
     }

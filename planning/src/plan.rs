@@ -2,7 +2,7 @@
 
 use crate::interference::interferences;
 use crate::suggest::suggest;
-use crate::{Area, AreaError, Coverage, Interference, Light, Model, Severity, Suggestion, View};
+use crate::{Area, AreaError, Coverage, Interference, Model, Severity, Suggestion, View};
 
 /// Most sensors that are placed at once.
 pub const MAX_PLACED: usize = 8;
@@ -122,13 +122,13 @@ fn notes(views: &[View], interferences: &[Interference]) -> Vec<String> {
         .filter(|pair| pair.severity == Severity::Strong)
         .count();
     if strong > 0 {
-        let all = views
-            .iter()
-            .filter(|v| v.light == Light::Structured)
-            .count();
+        let (pairs, disturb) = match strong {
+            1 => ("pair of sensors", "disturbs"),
+            _ => ("pairs of sensors", "disturb"),
+        };
         notes.push(format!(
-            "{strong} of the pairs among {all} sensors with structured light disturb each other; directions at right \
-             angles, or sensors that measure light's travel time, avoid it."
+            "{strong} {pairs} with structured light {disturb} each other; directions at right angles, or sensors that \
+             measure light's travel time, avoid it."
         ));
     }
     notes

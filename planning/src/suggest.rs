@@ -1,15 +1,16 @@
 //! Where one more sensor is of most use.
 //!
 //! Places around the area are tried, at several distances and heights, looking at its middle or at the floor a few metres
-//! ahead. What counts most is how much of the area two sensors then see whole people in, then one, then three. A
-//! direction that no other sensor looks in counts a little, since a person hides what is behind them; a pattern of dots
-//! on another's costs a little. Sensors stand at least a metre apart and do not look into each other.
+//! ahead. What counts most is how much of the area two sensors then see whole people in; then one, and two from different
+//! sides, since a person hides what is behind them; then two from nearly opposite sides, and three. A direction and a
+//! height of its own count a little, a pattern of dots on another's costs a little. Sensors stand at least a metre apart
+//! and do not look into each other.
 
 use std::f64::consts::FRAC_PI_2;
 
 use posefuse_skeleton::{Position, Room};
 
-use crate::coverage::sees_whole;
+use crate::coverage::{CROSSED_RAD, angle, bearings, sees_whole, widest};
 use crate::interference::overlap;
 use crate::view::Cone;
 use crate::{Area, Light, Model, View, look_at};
@@ -27,13 +28,15 @@ const AHEAD_M: f64 = 2.5;
 /// Between places along the area's edge, metres, and most of them.
 const STEP_M: f64 = 0.5;
 const MOST_PLACES: f64 = 64.0;
-/// Sensors whose axes point at each other within this angle look into each other, cosine of 30 degrees.
-const FACING: f64 = 0.866;
 /// What is gained is worth telling from this share of the area on.
 const WORTH: f64 = 0.005;
 
 /// What a share of the area is worth that one, two and three sensors see.
 const SHARES: [f64; 3] = [0.6, 1.0, 0.15];
+/// What a share of the area is worth that two see from different sides, and from nearly opposite ones.
+const SIDES: [f64; 2] = [0.4, 0.2];
+/// Nearly opposite, radians.
+const OPPOSITE_RAD: f64 = 2.0 * CROSSED_RAD;
 /// What a new direction is worth, what dots on all of another's view cost, and what a height of its own is worth.
 const DIRECTION: f64 = 0.06;
 const DOTS: f64 = 0.15;
@@ -50,6 +53,8 @@ pub struct Suggestion {
     pub before: [f64; 3],
     /// And with it.
     pub after: [f64; 3],
+    /// Share where two see them from different sides, without and with it.
+    pub crossed: [f64; 2],
 }
 
 impl Suggestion {
@@ -58,22 +63,63 @@ impl Suggestion {
         let at = self.view.room_from_sensor.origin().vector();
         let to = self.looks_at.vector();
         let percent = |share: f64| (share * 100.0).round();
-        let gain = |what: &str, index: usize| {
-            format!(
-                "{what} {} % to {} % of the area",
-                percent(self.before[index]),
-                percent(self.after[index])
+        let shares = |index: usize| [self.before[index], self.after[index]].map(percent);
+        let (who, [before, after]) = if shares(1)[1] > shares(1)[0] {
+            ("two or more sensors see", shares(1))
+        } else if shares(0)[1] > shares(0)[0] {
+            ("a sensor sees", shares(0))
+        } else {
+            (
+                "two sensors see from different sides",
+                self.crossed.map(percent),
             )
         };
-        let gains = if percent(self.after[1]) > percent(self.before[1]) {
-            gain("two or more sensors then see whole people in", 1).replace("in ", "in, from ")
-        } else {
-            gain("a sensor then sees whole people in", 0).replace("in ", "in, from ")
-        };
         format!(
-            "Place a {} at x {:.1} m, y {:.1} m, {:.1} m high, looking at x {:.1} m, y {:.1} m, {:.1} m high: {gains}.",
+            "Place the next sensor ({}) at x {:.1} m, y {:.1} m, {:.1} m high, looking at x {:.1} m, y {:.1} m, {:.1} m high. With it \
+             {who} a whole person in {after} % of the area instead of {before} %.",
             self.view.model, at.x, at.y, at.z, to.x, to.y, to.z
         )
+    }
+}
+
+/// What is seen, cell by cell.
+struct Seen {
+    /// From where those look that see a whole person there.
+    bearings: Vec<Vec<f64>>,
+}
+
+/// Shares of the area: one, two and three see; two from different and from nearly opposite sides.
+struct Shares {
+    counts: [f64; 3],
+    sides: [f64; 2],
+}
+
+impl Seen {
+    /// With a further sensor, if there is one.
+    fn shares(&self, cells: &[[f64; 2]], further: Option<&Cone>) -> Shares {
+        let (mut counts, mut sides) = ([0_usize; 3], [0_usize; 2]);
+        for (cell, bearings) in cells.iter().zip(&self.bearings) {
+            let seen = further.filter(|cone| sees_whole(cone, *cell));
+            let from = seen.map(|cone| cone.bearing_from(*cell));
+            for enough in counts
+                .iter_mut()
+                .take(bearings.len() + usize::from(from.is_some()))
+            {
+                *enough += 1;
+            }
+            let new = from.map_or(0.0, |from| {
+                bearings.iter().map(|b| angle(*b, from)).fold(0.0, f64::max)
+            });
+            let wide = new.max(widest(bearings));
+            for (enough, least) in sides.iter_mut().zip([CROSSED_RAD, OPPOSITE_RAD]) {
+                *enough += usize::from(wide >= least);
+            }
+        }
+        let share = |count: usize| count as f64 / cells.len().max(1) as f64;
+        Shares {
+            counts: counts.map(share),
+            sides: sides.map(share),
+        }
     }
 }
 
@@ -86,53 +132,42 @@ pub(crate) fn suggest(
 ) -> Option<Suggestion> {
     let cells: Vec<[f64; 2]> = area.cells().collect();
     let cones: Vec<Cone> = views.iter().map(View::cone).collect();
-    let seen: Vec<u8> = cells
-        .iter()
-        .map(|cell| cones.iter().filter(|cone| sees_whole(cone, *cell)).count() as u8)
-        .collect();
-    let before = shares(&seen, |_| false);
+    let seen = Seen {
+        bearings: cells.iter().map(|cell| bearings(&cones, *cell)).collect(),
+    };
+    let before = seen.shares(&cells, None);
     let mut best: Option<(f64, Suggestion)> = None;
     for (from, target) in candidates(area) {
-        if !stands_free(from, target, views) {
-            continue;
-        }
-        let Some(view) = planned(model, name, from, target) else {
+        let view = planned(model, name, from, target);
+        let Some(view) = view.filter(|view| stands_free(view, views)) else {
             continue;
         };
-        let cone = view.cone();
-        let after = shares(&seen, |index| sees_whole(&cone, cells[index]));
-        let gained = |index: usize| after[index] - before[index];
-        if gained(0).max(gained(1)) < WORTH {
+        let after = seen.shares(&cells, Some(&view.cone()));
+        let counts = [0, 1, 2].map(|index| after.counts[index] - before.counts[index]);
+        let sides = [0, 1].map(|index| after.sides[index] - before.sides[index]);
+        if counts[0].max(counts[1]).max(sides[0]) < WORTH {
             continue;
         }
-        let gain: f64 = (0..3).map(|index| SHARES[index] * gained(index)).sum();
-        let score = gain + taste(&view, views, area);
+        let worth = |gains: &[f64], weights: &[f64]| -> f64 {
+            gains
+                .iter()
+                .zip(weights)
+                .map(|(gain, weight)| gain * weight)
+                .sum()
+        };
+        let score = worth(&counts, &SHARES) + worth(&sides, &SIDES) + taste(&view, views, area);
         if best.as_ref().is_none_or(|(most, _)| score > *most + 1e-9) {
-            let looks_at = target;
-            best = Some((
-                score,
-                Suggestion {
-                    view,
-                    looks_at,
-                    before,
-                    after,
-                },
-            ));
+            let found = Suggestion {
+                view,
+                looks_at: target,
+                before: before.counts,
+                after: after.counts,
+                crossed: [before.sides[0], after.sides[0]],
+            };
+            best = Some((score, found));
         }
     }
     best.map(|(_, suggestion)| suggestion)
-}
-
-/// Share of the cells that one, two and three sensors see, where `too` says whether a further one sees a cell.
-fn shares(seen: &[u8], too: impl Fn(usize) -> bool) -> [f64; 3] {
-    let mut counts = [0_usize; 3];
-    for (index, count) in seen.iter().enumerate() {
-        let count = usize::from(*count) + usize::from(too(index));
-        for enough in counts.iter_mut().take(count) {
-            *enough += 1;
-        }
-    }
-    counts.map(|count| count as f64 / seen.len().max(1) as f64)
 }
 
 /// Places to try, and where each looks.
@@ -185,17 +220,11 @@ fn edge(area: &Area, margin: f64) -> Vec<[f64; 2]> {
 }
 
 /// Whether nobody stands there already and nobody looks into it.
-fn stands_free(from: Position<Room>, target: Position<Room>, views: &[View]) -> bool {
-    let Some(forward) = (target.vector() - from.vector()).try_normalize(1e-6) else {
-        return false;
-    };
+fn stands_free(view: &View, views: &[View]) -> bool {
+    let here = view.room_from_sensor.origin();
     views.iter().all(|other| {
         let there = other.room_from_sensor.origin();
-        let between = there.vector() - from.vector();
-        let distance = between.norm();
-        let facing = forward.dot(&between) > FACING * distance
-            && -other.forward().dot(&between) > FACING * distance;
-        distance >= APART_M && !facing
+        here.distance(there) >= APART_M && !(view.stares_at(there) && other.stares_at(here))
     })
 }
 
@@ -227,10 +256,7 @@ fn taste(view: &View, others: &[View], area: &Area) -> f64 {
     let height = |view: &View| view.room_from_sensor.origin().vector().z;
     let nearest =
         |distance: &dyn Fn(&View) -> f64| others.iter().map(distance).fold(f64::INFINITY, f64::min);
-    let turned = nearest(&|other| {
-        let angle = (bearing(view) - bearing(other)).abs() % std::f64::consts::TAU;
-        angle.min(std::f64::consts::TAU - angle)
-    });
+    let turned = nearest(&|other| angle(bearing(view), bearing(other)));
     let apart = nearest(&|other| (height(view) - height(other)).abs());
     let dots = |other: &View| match (view.light, other.light) {
         (Light::Structured, Light::Structured) => overlap(view, other),
@@ -265,10 +291,14 @@ mod tests {
             views.push(found.view.clone());
             let after = Coverage::of(&views, &area).whole;
             assert_eq!(found.after, [1, 2, 3].map(|n| after.share(n)));
+            let crossed = Coverage::of(&views, &area).crossed_share;
+            assert_eq!(found.crossed[1], crossed);
             assert!(found.after[0] + found.after[1] > found.before[0] + found.before[1]);
         }
         let covered = Coverage::of(&views, &area).whole;
         assert!(covered.share(2) > 0.8, "{}", covered.share(2));
+        let crossed = Coverage::of(&views, &area).crossed_share;
+        assert!(crossed > 0.7, "{crossed}");
     }
 
     #[test]
@@ -279,9 +309,7 @@ mod tests {
                 for b in &views[index + 1..] {
                     let (at, to) = (a.room_from_sensor.origin(), b.room_from_sensor.origin());
                     assert!(at.distance(to) >= APART_M - 1e-9);
-                    let line = (to.vector() - at.vector()).normalize();
-                    let facing =
-                        a.forward().dot(&line) > FACING && -b.forward().dot(&line) > FACING;
+                    let facing = a.stares_at(to) && b.stares_at(at);
                     assert!(!facing, "{} faces {}", a.name, b.name);
                 }
             }
@@ -302,14 +330,18 @@ mod tests {
         let mut views = greedy(&MODELS[0], &area, 1);
         let first = suggest(&[], &area, &MODELS[0], "a").unwrap().words();
         assert!(
-            first.contains("a sensor then sees whole people in, from 0 % to"),
+            first.contains("With it a sensor sees a whole person in"),
             "{first}"
         );
+        assert!(first.ends_with("% of the area instead of 0 %."), "{first}");
         views.truncate(1);
         let second = suggest(&views, &area, &MODELS[0], "b").unwrap().words();
-        assert!(second.starts_with("Place a Kinect v2 at x "), "{second}");
         assert!(
-            second.contains("two or more sensors then see whole people in, from 0 % to"),
+            second.starts_with("Place the next sensor (Kinect v2) at x "),
+            "{second}"
+        );
+        assert!(
+            second.contains("two or more sensors see a whole person in"),
             "{second}"
         );
     }

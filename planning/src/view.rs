@@ -26,10 +26,14 @@ pub struct View {
     pub assumed: bool,
 }
 
+/// Sensors look into each other when each stands within 30 degrees of the other's axis; the cosine of that.
+const STARE: f64 = 0.866;
+
 /// A view made ready for many questions.
 #[derive(Clone, Debug)]
 pub(crate) struct Cone {
     sensor_from_room: Transform<Sensor, Room>,
+    place: Vector3<f64>,
     slopes: [f64; 2],
     range_m: [f64; 2],
 }
@@ -38,9 +42,16 @@ impl View {
     pub(crate) fn cone(&self) -> Cone {
         Cone {
             sensor_from_room: self.room_from_sensor.inverse(),
+            place: self.room_from_sensor.origin().vector(),
             slopes: self.view_deg.map(slope),
             range_m: self.range_m,
         }
+    }
+
+    /// Whether it looks into a sensor that stands there.
+    pub(crate) fn stares_at(&self, at: Position<Room>) -> bool {
+        let way = at.vector() - self.room_from_sensor.origin().vector();
+        self.forward().dot(&way) > STARE * way.norm()
     }
 
     /// The direction it looks in.
@@ -61,10 +72,9 @@ impl Cone {
         (self.range_m[0]..=self.range_m[1]).contains(&at.z) && self.looks_at(&at)
     }
 
-    /// Whether a point is within view, be it too near or too far to be measured.
-    pub(crate) fn faces(&self, at: Position<Room>) -> bool {
-        let at = self.sensor_from_room.apply(at).vector();
-        at.z > 0.0 && self.looks_at(&at)
+    /// In which direction of the floor the sensor stands, seen from a place, radians.
+    pub(crate) fn bearing_from(&self, [x, y]: [f64; 2]) -> f64 {
+        (self.place.y - y).atan2(self.place.x - x)
     }
 
     fn looks_at(&self, at: &Vector3<f64>) -> bool {
@@ -137,9 +147,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_always_sees_what_it_looks_at(from in prop::array::uniform3(-5.0..5.0f64), to in prop::array::uniform3(-5.0..5.0f64)) {
-            let distance = Position::<Room>::new(from[0], from[1], from[2]).distance(Position::new(to[0], to[1], to[2]));
-            prop_assume!((0.6..4.4).contains(&distance));
+        fn it_always_sees_what_it_looks_at(
+            from in prop::array::uniform3(-5.0..5.0f64), turn in 0.0..6.3f64, tilt in -1.5..1.5f64, distance in 0.6..4.4f64,
+        ) {
+            let way = [tilt.cos() * turn.cos(), tilt.cos() * turn.sin(), tilt.sin()];
+            let to = [0, 1, 2].map(|axis| from[axis] + distance * way[axis]);
             let view = at(from, to);
             prop_assert!(view.cone().sees(Position::new(to[0], to[1], to[2])));
             let right = view.room_from_sensor.rotate(Vector3::x());
