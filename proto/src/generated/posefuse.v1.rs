@@ -1449,7 +1449,7 @@ pub struct Interference {
     pub share_of_a: f64,
     #[prost(double, tag = "4")]
     pub share_of_b: f64,
-    /// Each stands in the other's view.
+    /// Each looks into the other: stands within 30 degrees of its axis.
     #[prost(bool, tag = "5")]
     pub facing: bool,
     /// strong: holes and wrong depth where both light; mild: a little noise.

@@ -1904,7 +1904,7 @@ export type Interference = Message<"posefuse.v1.Interference"> & {
   shareOfB: number;
 
   /**
-   * Each stands in the other's view.
+   * Each looks into the other: stands within 30 degrees of its axis.
    *
    * @generated from field: bool facing = 5;
    */
