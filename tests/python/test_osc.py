@@ -1,4 +1,6 @@
 """Skeletons sent by python-osc to `posefuse agent osc`, seen in the room where they were sent from."""
+import itertools
+import threading
 import time
 
 import pytest
@@ -15,6 +17,24 @@ def message(address, *values):
     return built.build()
 
 
+def send(ports, over):
+    """Somebody's head and left foot, thirty times a second, by both layouts."""
+    stage, ours = (SimpleUDPClient("127.0.0.1", port) for port in ports)
+    for number in itertools.count(1):
+        if over.is_set():
+            return
+        sway = 0.001 * (number % 5)
+        # 0.3 m to the right in the picture, 0.6 m up, 2.5 m away; OSCeleton mirrors and scales.
+        stage.send_message("/joint", ["head", 4, (1280 + 300 + 1000 * sway) / 2560, (960 - 600) / 1920, 2500 / 1280])
+        stage.send_message("/joint", ["l_foot", 4, (1280 + 400) / 2560, (960 + 900) / 1920, 2500 / 1280])
+        bundle = OscBundleBuilder(1000.0 + number)
+        bundle.add_content(message("/skel/9/Head/pos", 0.3 + sway, -0.6, 2.5, 0.5))
+        bundle.add_content(message("/skel/9/AnkleLeft/pos", 0.4, 0.9, 2.5))
+        ours.send(bundle.build())
+        ours.send_message("/tempo", 120)
+        time.sleep(1 / 30)
+
+
 def test_osceleton_by_the_frame_and_ours_by_the_bundle(room):
     import posefuse
 
@@ -22,30 +42,13 @@ def test_osceleton_by_the_frame_and_ours_by_the_bundle(room):
     room.start("stage", "agent", "osc", "--name", "stage", "--port", ports[0], "--layout", "osceleton", "--server", room.url)
     room.start("ours", "agent", "osc", "--name", "ours", "--port", ports[1], "--server", room.url)
     room.wait_for(lambda: len(room.status().sensors) == 2, "both agents")
-    stage, ours = (SimpleUDPClient("127.0.0.1", port) for port in ports)
-    seen, deadline = {}, time.monotonic() + 15
+    over = threading.Event()
+    sender = threading.Thread(target=send, args=(ports, over), daemon=True)
+    sender.start()
     with posefuse.Room(room.address) as reader:
-        frames = reader.watch_sensors(seconds=15)
-        number = 0
-        while len(seen) < 2 and time.monotonic() < deadline:
-            for _ in range(10):
-                number += 1
-                sway = 0.001 * (number % 5)
-                # 0.3 m to the right in the picture, 0.6 m up, 2.5 m away; OSCeleton mirrors and scales.
-                stage.send_message("/joint", ["head", 4, (1280 + 300 + 1000 * sway) / 2560, (960 - 600) / 1920, 2500 / 1280])
-                stage.send_message("/joint", ["l_foot", 4, (1280 + 400) / 2560, (960 + 900) / 1920, 2500 / 1280])
-                bundle = OscBundleBuilder(1000.0 + number)
-                bundle.add_content(message("/skel/9/Head/pos", 0.3 + sway, -0.6, 2.5, 0.5))
-                bundle.add_content(message("/skel/9/AnkleLeft/pos", 0.4, 0.9, 2.5))
-                ours.send(bundle.build())
-                ours.send_message("/tempo", 120)
-                time.sleep(1 / 30)
-            for frame in frames:
-                if frame.bodies:
-                    seen[frame.sensor] = frame.bodies
-                    break
-    names = {sensor.info.id: sensor.info.name for sensor in room.status().sensors}
-    found = {names[sensor]: bodies for sensor, bodies in seen.items()}
+        found = {name: next(frame.bodies for frame in reader.watch_sensors(name, seconds=15) if frame.bodies) for name in ("stage", "ours")}
+    over.set()
+    sender.join()
     for name, identity in (("stage", 4), ("ours", 9)):
         body = found[name][identity]
         assert set(body) == {"Head", "AnkleLeft"}

@@ -1,5 +1,8 @@
 //! `posefuse agent`: the agent of one sensor, or of something that takes a sensor's place.
 
+mod azure;
+mod nite;
+mod osc;
 mod replay;
 
 use std::path::PathBuf;
@@ -12,6 +15,9 @@ use posefuse_agent::{
 use posefuse_simulator::{Layout, Scenario};
 use serde::Serialize;
 
+use self::azure::AzureArgs;
+use self::nite::NiteArgs;
+use self::osc::OscArgs;
 use self::replay::ReplayArgs;
 use crate::failure::{Outcome, usage};
 use crate::global::Global;
@@ -48,6 +54,12 @@ struct Common {
 /// Where frames come from.
 #[derive(Debug, Subcommand)]
 enum Source {
+    /// An Azure Kinect or Femto with Microsoft's Body Tracking SDK, where that is installed
+    Azure(AzureArgs),
+    /// A sensor with PrimeSense's NiTE 2.2, where that is installed
+    Nite(NiteArgs),
+    /// Skeletons that another program sends by OSC
+    Osc(OscArgs),
     /// A sensor of a simulated room
     Sim(SimArgs),
     /// A sensor of a recorded take, played back
@@ -168,6 +180,9 @@ fn config(args: &AgentArgs) -> anyhow::Result<AgentConfig> {
             Some(format!("sim{}", sim.sensor)),
         ),
         Source::Csv(csv) => (SourceConfig::Csv(csv.config()), None),
+        Source::Azure(azure) => (SourceConfig::Azure(azure.config()), None),
+        Source::Nite(nite) => (SourceConfig::Nite(nite.config()), None),
+        Source::Osc(osc) => (SourceConfig::Osc(osc.config()), None),
         Source::Take(take) => (
             SourceConfig::Take(take.config()?),
             Some(take.sensor.clone()),
