@@ -33,7 +33,7 @@ const MOST_SPEED: f32 = 4.0;
 /// A thing is a person once this share of its patches moved in so many images.
 const ALIVE_SHARE: f32 = 0.15;
 const ALIVE_IMAGES: u32 = 6;
-const LEAST_IMAGES: u32 = 8;
+const FRESH_IMAGES: u32 = 6;
 /// Most things that are looked at, people with them.
 const MOST_THINGS: usize = 24;
 /// A thing of which nothing moved for so long is furniture, seconds.
@@ -117,12 +117,16 @@ impl Track {
 
     /// Counts what speaks for a person: `patches` of them, and how many of these moved.
     pub(crate) fn judge(&mut self, [patches, moved]: [u32; 2]) {
+        // Everything is fresh at first.
+        if self.images < FRESH_IMAGES {
+            return;
+        }
         let share = moved as f32 / patches.max(8) as f32;
         self.alive_images += u32::from(share > ALIVE_SHARE);
     }
 
     pub(crate) fn is_person(&self) -> bool {
-        self.images >= LEAST_IMAGES && self.alive_images >= ALIVE_IMAGES
+        self.alive_images >= ALIVE_IMAGES
     }
 
     pub(crate) fn is_furniture(&self, at_ns: i64) -> bool {

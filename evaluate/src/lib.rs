@@ -10,6 +10,7 @@
 //! - [`suite`]: many simulated rooms, all methods on the same inputs.
 //! - [`repair_pairs`]: what occlusion models are asked in a simulated room, beside the truth, to train on.
 //! - [`repair`]: how well occlusion models fill in what no sensor saw.
+//! - [`bodytrack`]: how good the body tracker is on rendered depth, one sensor alone and several together.
 //! - [`kinematics`]: bodies made of fused people, beside the people as fused.
 //! - [`Report`]: the result, as rows of text ([`table`]), JSON or a page; [`aims`]: what is to be reached.
 //!
@@ -19,6 +20,7 @@
 pub mod aims;
 mod alone;
 mod beside;
+pub mod bodytrack;
 mod compare;
 mod fuse;
 mod histogram;

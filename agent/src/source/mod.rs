@@ -16,6 +16,7 @@ mod pace;
 mod preview;
 mod replay;
 mod sim;
+mod sim_depth;
 mod take;
 mod tracked;
 mod vendor;
@@ -38,6 +39,7 @@ pub use osc::OscConfig;
 pub use preview::{DepthPreview, PreviewSlot};
 pub use replay::{RecordedFrame, ReplayConfig};
 pub use sim::{SimConfig, shared_epoch_unix_ns};
+pub use sim_depth::{SimDepthConfig, SimOptics};
 pub use take::TakeConfig;
 pub use tracked::Tracked;
 
@@ -131,6 +133,8 @@ pub enum SourceError {
 pub enum SourceConfig {
     /// One sensor of a simulated room.
     Sim(SimConfig),
+    /// The depth images of one sensor of a simulated room, with a body tracker behind them.
+    SimDepth(SimDepthConfig),
     /// One sensor of a recorded take.
     Take(TakeConfig),
     /// One Kinect of a recorded two-Kinect session.
@@ -151,6 +155,10 @@ impl SourceConfig {
     pub fn open(&self, clock: &Arc<dyn Clock>) -> Result<Box<dyn SensorSource>, SourceError> {
         Ok(match self {
             Self::Sim(config) => Box::new(sim::SimSource::open(config, clock)?),
+            Self::SimDepth(config) => {
+                let depth = Box::new(sim_depth::SimDepth::open(config, clock)?);
+                Box::new(Tracked::new(depth, config.tracker.clone())?)
+            }
             Self::Csv(config) => Box::new(csv::open(config, clock.as_ref())?),
             Self::Take(config) => Box::new(take::open(config, clock.as_ref())?),
             Self::Nite(config) => nite::open(config, clock)?,

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use posefuse_simulator::{Scenario, SimClock, SimSensor, World};
+use posefuse_simulator::{Scenario, SimClock, SimFrame, SimSensor, World};
 use posefuse_skeleton::{AgentTime, JointSet};
 use serde::{Deserialize, Serialize};
 
@@ -96,6 +96,24 @@ impl SimSource {
         }
         self.joined_in = true;
     }
+
+    /// The next frame that is not lost on its way, and when it is there, by the agent's monotonic clock.
+    pub(super) fn next_due(&mut self) -> (SimFrame, i64) {
+        if !self.joined_in {
+            self.join_in();
+        }
+        let frame = loop {
+            let frame = self.sensor.next_frame();
+            if !frame.dropped {
+                break frame;
+            }
+        };
+        let due_ns = self
+            .epoch_ns
+            .saturating_add(frame.at_ns + frame.arrival_delay_ns.max(0));
+        self.last_due_ns = self.last_due_ns.max(due_ns);
+        (frame, self.last_due_ns)
+    }
 }
 
 impl SensorSource for SimSource {
@@ -115,19 +133,7 @@ impl SensorSource for SimSource {
     }
 
     fn next_frame(&mut self) -> Result<Option<SourceFrame>, SourceError> {
-        if !self.joined_in {
-            self.join_in();
-        }
-        let frame = loop {
-            let frame = self.sensor.next_frame();
-            if !frame.dropped {
-                break frame;
-            }
-        };
-        let due_ns = self
-            .epoch_ns
-            .saturating_add(frame.at_ns + frame.arrival_delay_ns.max(0));
-        self.last_due_ns = self.last_due_ns.max(due_ns);
+        let (frame, due_ns) = self.next_due();
         let body = |body: posefuse_simulator::SimBody| SourceBody {
             tracking_id: body.tracking_id,
             joints: body.joints,
@@ -136,7 +142,7 @@ impl SensorSource for SimSource {
         };
         Ok(Some(SourceFrame {
             captured: frame.captured,
-            due_ns: Some(self.last_due_ns),
+            due_ns: Some(due_ns),
             bodies: frame.bodies.into_iter().map(body).collect(),
         }))
     }
