@@ -4,11 +4,13 @@
 //! are what sensors and filter make of them. The truth is the one that errors are measured against: displaced by the part
 //! of the error that no sensor can see.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use posefuse_fusion::{Needs, RepairConfig, RepairModel, RepairRequest, Window};
+use posefuse_fusion::{Input, Needs, RepairConfig, RepairModel, RepairRequest, Window};
 use posefuse_simulator::World;
-use posefuse_skeleton::{JointMap, Position, Room, RoomFrame, SensorIdError, TrackId};
+use posefuse_skeleton::{JointMap, Position, Room, RoomFrame, SensorIdError, Timestamp, TrackId};
 
 use crate::compare::compare;
 use crate::fuse::fuse_beside;
@@ -32,8 +34,8 @@ pub struct Pair {
     pub seen: JointMap<u32>,
 }
 
-/// The windows of `needs` that `method`, which must not repair by itself, asks for in the first `seconds` of a room, of each
-/// person every `every`th. How well the room is calibrated: perfectly.
+/// The windows of `needs` that `method`, which must not repair by itself, asks for in the first `seconds` of a room that is
+/// perfectly calibrated; of each person every `every`th.
 ///
 /// # Errors
 /// More sensors than a room may have.
@@ -55,12 +57,12 @@ pub fn pairs(
     };
     let truth = SimulatedTruth::new(world, seconds);
     let calibration = Arc::new(perfect_calibration(world));
-    let first = posefuse_fusion::Input::Calibration(calibration);
-    let inputs = std::iter::once((posefuse_skeleton::Timestamp::ZERO, first))
+    let first = (Timestamp::ZERO, Input::Calibration(calibration));
+    let inputs = std::iter::once(first)
         .chain(SimulatedRoom::new(world, seconds)?)
         .map(|(time, input)| (time, Ok(input)));
     let mut found = Vec::new();
-    let asked = std::cell::RefCell::new(Vec::<RepairRequest>::new());
+    let asked = RefCell::new(Vec::<RepairRequest>::new());
     fuse_beside(
         &method,
         Some(offered),
@@ -79,7 +81,7 @@ pub fn pairs(
             asked.retain(|request| request.time > frame.time);
         },
     );
-    let mut turns = std::collections::BTreeMap::<TrackId, usize>::new();
+    let mut turns = BTreeMap::<TrackId, usize>::new();
     found.retain(|(track, _)| {
         let turn = turns.entry(*track).or_default();
         *turn += 1;
@@ -108,4 +110,38 @@ fn pair(
         seen: seen.joints.clone(),
     };
     Some((track.id, pair))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::methods::preset;
+    use crate::suite::Setting;
+
+    #[test]
+    fn windows_end_with_what_the_frame_has_and_miss_something() {
+        let scenario = Setting::named("desk2").unwrap().scenario;
+        let world = Arc::new(World::new(&scenario).unwrap());
+        let needs = Needs {
+            before: 20,
+            after: 0,
+            rate_hz: 30.0,
+        };
+        let pairs = pairs(&world, &preset("kalman").unwrap(), needs, 6.0, 2).unwrap();
+        assert!(pairs.len() > 10, "{}", pairs.len());
+        for pair in &pairs {
+            assert_eq!(pair.window.poses.len(), needs.poses());
+            let newest = &pair.window.poses[needs.before];
+            assert!(newest.iter().any(|joint| joint.weight < 1.0));
+            for (joint, place) in pair.plain.iter() {
+                let known = &newest[joint as usize];
+                // Nothing was made up: the frame has what was measured.
+                let off = (known.position - place.vector()).norm();
+                assert!(known.weight == 0.0 || off < 1e-9, "{joint:?}: {off} m");
+            }
+            assert_eq!(pair.truth.len(), 25);
+        }
+        let hidden = pairs.iter().filter(|pair| pair.seen.len() < 25).count();
+        assert!(2 * hidden > pairs.len(), "{hidden} of {}", pairs.len());
+    }
 }

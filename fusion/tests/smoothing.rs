@@ -6,10 +6,13 @@ mod support;
 
 use std::sync::Arc;
 
-use posefuse_fusion::{Config, Engine, Input, RepairConfig};
+use posefuse_fusion::{Config, Engine, Input, Needs, RepairConfig, RepairModel};
 use posefuse_simulator::{Scenario, World};
 use posefuse_skeleton::{Joint, RoomFrame, Timestamp};
 use support::{Outcome, drain, drive, inputs, score};
+
+/// What repair may remember of one person and of frames that wait two seconds, bytes.
+const MOST_REPAIR: usize = 400_000;
 
 type Events = Vec<(Timestamp, Input)>;
 
@@ -105,32 +108,33 @@ fn looking_further_ahead_comes_ever_nearer_to_offline() {
     );
 }
 
+/// The most bytes of state while `engine` has the first half of `events`, and the second; asked now and then.
+fn most_state(engine: &mut Engine, events: &Events, outcome: &mut Outcome) -> [usize; 2] {
+    let (mut deadline, mut most) = (None, [0, 0]);
+    for (number, (time, input)) in events.iter().enumerate() {
+        while let Some(due) = deadline.filter(|due| due < time) {
+            engine.handle(Input::Tick(due));
+            deadline = drain(engine, outcome);
+        }
+        engine.handle(input.clone());
+        deadline = drain(engine, outcome);
+        if number % 8 == 0 {
+            let half = &mut most[usize::from(number >= events.len() / 2)];
+            *half = engine.state().unwrap().len().max(*half);
+        }
+    }
+    println!("most bytes of state in each half: {most:?}");
+    most
+}
+
 #[test]
 fn smoothing_a_take_gives_every_frame_once_and_remembers_no_more_than_its_blocks() {
     let (_, events) = room(14.0);
     let frames = 30;
     let mut engine = Engine::new(bare());
     engine.smooth_over(frames);
-    let (mut outcome, mut deadline) = (Outcome::default(), None);
-    let (mut early, mut late) = (0, 0);
-    for (number, (time, input)) in events.iter().enumerate() {
-        while let Some(due) = deadline.filter(|due| due < time) {
-            engine.handle(Input::Tick(due));
-            deadline = drain(&mut engine, &mut outcome);
-        }
-        engine.handle(input.clone());
-        deadline = drain(&mut engine, &mut outcome);
-        if number % 8 == 0 {
-            let size = engine.state().unwrap().len();
-            let most = if number < events.len() / 2 {
-                &mut early
-            } else {
-                &mut late
-            };
-            *most = size.max(*most);
-        }
-    }
-    println!("most bytes of state in the first half {early}, in the second {late}");
+    let mut outcome = Outcome::default();
+    let [early, late] = most_state(&mut engine, &events, &mut outcome);
     assert!(late < early + early / 10, "{early} {late}");
     // What `Engine::smooth_over` promises: some 50 kB per frame and person.
     assert!(late < frames * 60_000, "{late}");
@@ -147,4 +151,49 @@ fn smoothing_a_take_gives_every_frame_once_and_remembers_no_more_than_its_blocks
     let mut live = Outcome::default();
     drive(&mut Engine::new(config), events.iter().cloned(), &mut live);
     assert_eq!(times(&outcome.frames), times(&live.frames));
+}
+
+/// Repair remembers the poses that windows reach back to, and frames that wait for later ones or for an answer: a few
+/// seconds of each person, however long the take, whatever answers.
+#[test]
+fn with_repair_an_engine_remembers_no_more_than_its_windows() {
+    let (_, events) = room(10.0);
+    let plain = Config {
+        repair: RepairConfig::off(),
+        ..Config::default()
+    };
+    for (offline, after) in [(false, 0), (true, 63)] {
+        let [_, without] = remembered(&events, plain.clone(), offline, None);
+        let silent = RepairModel {
+            name: "silent".to_owned(),
+            needs: Needs {
+                before: 63,
+                after,
+                rate_hz: 30.0,
+            },
+        };
+        for outside in [None, Some(silent)] {
+            let what = (offline, outside.is_some());
+            let [early, late] = remembered(&events, Config::default(), offline, outside);
+            assert!(late < early + early / 10, "{what:?}: {early} {late}");
+            assert!(late < without + MOST_REPAIR, "{what:?}: {late} {without}");
+        }
+    }
+}
+
+/// [`most_state`] of an engine with this configuration, that smooths or that has a model outside which says nothing.
+fn remembered(
+    events: &Events,
+    config: Config,
+    offline: bool,
+    outside: Option<RepairModel>,
+) -> [usize; 2] {
+    let mut engine = Engine::new(config);
+    if offline {
+        engine.smooth_over(30);
+    }
+    if outside.is_some() {
+        engine.handle(Input::RepairModel(outside));
+    }
+    most_state(&mut engine, events, &mut Outcome::default())
 }

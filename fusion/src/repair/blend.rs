@@ -34,10 +34,21 @@ pub(super) struct Blend {
 pub(super) enum Source {
     /// The sensors.
     Sensors,
-    /// The simple model in the engine.
-    Simple,
+    /// The simple model in the engine; `back`: beside sensors that have the joint again but are not yet believed.
+    Simple { back: bool },
     /// The model outside.
-    Outside,
+    Outside { back: bool },
+}
+
+impl Source {
+    /// The same, of a joint that sensors have again, or have not.
+    pub(super) fn with(self, back: bool) -> Self {
+        match self {
+            Self::Sensors => self,
+            Self::Simple { .. } => Self::Simple { back },
+            Self::Outside { .. } => Self::Outside { back },
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -144,7 +155,7 @@ mod tests {
 
     fn source(made_up: bool) -> (bool, Source) {
         let source = if made_up {
-            Source::Simple
+            Source::Simple { back: false }
         } else {
             Source::Sensors
         };

@@ -113,7 +113,7 @@ impl Person {
                 self.keep_lengths(skeleton, filled);
             }
         }
-        let source = made.map_or(Source::Simple, |(_, source)| source);
+        let source = made.map_or(Source::Sensors, |(_, source)| source);
         for (index, joint) in Joint::ALL.into_iter().enumerate() {
             let blend = &mut self.blends[index];
             let Some(state) = &mut skeleton[joint] else {
@@ -122,10 +122,11 @@ impl Person {
             };
             let source = match filled & 1 << index {
                 0 => Source::Sensors,
-                _ => source,
+                _ => source.with(standing[index].trusted_s.is_some()),
             };
             // Doubt about a joint that came back has taken its part of the time.
-            let left_s = (blend_s - standing[index].trusted_s).max(blend_s * LEAST_BLEND);
+            let back_s = standing[index].trusted_s.unwrap_or(0.0);
+            let left_s = (blend_s - back_s).max(blend_s * LEAST_BLEND);
             let offset = blend.step(time, state.position.vector(), source, left_s);
             if let Some(offset) = offset {
                 shift(state, offset);

@@ -118,7 +118,7 @@ impl Repair {
             Ok([fills]) => {
                 *slot = Answer::Filled {
                     fills: Box::new(fills),
-                    source: Source::Outside,
+                    source: Source::Outside { back: false },
                 };
                 self.counts.answered += 1;
             }
@@ -272,7 +272,7 @@ impl Repair {
         let window = person.history.window(time, &needs);
         Answer::Filled {
             fills: Box::new(choice.simple.fill_one(&window, needs.before)),
-            source: Source::Simple,
+            source: Source::Simple { back: false },
         }
     }
 

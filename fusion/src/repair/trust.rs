@@ -41,8 +41,8 @@ pub(super) struct Standing {
     pub(super) unsaid_m: f64,
     /// When it was last measured, however weakly.
     pub(super) measured: Option<Timestamp>,
-    /// For how long it has been measured with trust, seconds; 0 where it is not.
-    pub(super) trusted_s: f64,
+    /// For how long it has been measured with trust, seconds; `None` where it is not.
+    pub(super) trusted_s: Option<f64>,
 }
 
 impl Standing {
@@ -91,7 +91,7 @@ impl Trust {
                 weight,
                 unsaid_m,
                 measured: self.measured[index],
-                trusted_s: self.trusted[index].map_or(0.0, |since| time.since_seconds(since)),
+                trusted_s: self.trusted[index].map(|since| time.since_seconds(since)),
             }
         })
     }

@@ -18,7 +18,10 @@ from .recordings import Prepared
 OPSET = 17
 CLOSE_M = 1e-4
 GOLDEN_WINDOWS = 3
-DATA = "CMU motion capture, 20 minutes of 14 kinds of motion (models/training/split.toml), and the simulator's own motion"
+DATA = (
+    "CMU motion capture, 20 minutes of 14 kinds of motion (models/training/split.toml), and the simulator's own motion; "
+    "both also through the engine, in simulated rooms"
+)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -5,7 +5,7 @@ from .causal import Causal
 
 KIND, BEFORE, AFTER = "live", Causal.BEFORE, Causal.AFTER
 ABOUT = {
-    "summary": "Causal: a network that weighs simple continuations of hidden joints and corrects them.",
+    "summary": "Causal: a network that weighs simple continuations and the guesses of hidden joints, and corrects them.",
     "source": "ours",
 }
 
