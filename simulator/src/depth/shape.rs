@@ -158,7 +158,7 @@ impl Ready {
         let k2 = spread * d.norm_squared() - along * along;
         let k1 = -spread * a.dot(&d) - along * offset;
         let k0 = spread * f64::from(self.squares[0]) - offset * offset;
-        (k2 >= 1e-3 * spread * d.norm_squared()).then(|| k1 * k1 - k0 * k2)
+        (k2 >= 1e-3 * spread * d.norm_squared()).then_some(k1 * k1 - k0 * k2)
     }
 
     /// Looking down the axis the balls at the ends are all there is to see.
