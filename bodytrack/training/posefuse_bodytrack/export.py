@@ -23,12 +23,13 @@ def arguments(parser):
     parser.add_argument("--data", required=True, help="for golden outputs and the manifest's figures")
     parser.add_argument("--out", required=True, help="folder")
     parser.add_argument("--name", default="depth-joints")
+    parser.add_argument("--limit", type=int, help="figures from only so many crops")
     parser.add_argument("--mirror", action="store_true", help="the mean with what is said of the mirror image; twice the cost")
 
 
 def export(options):
     network = Exported(load(options.run), options.mirror).eval()
-    crops, truths = Files(options.data, "unseen").all()
+    crops, truths = Files(options.data, "unseen").all(options.limit)
     crops, truth = channels(crops), Truth(truths)
     path = os.path.join(options.out, options.name + ".onnx")
     os.makedirs(options.out, exist_ok=True)
