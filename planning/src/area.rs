@@ -42,8 +42,8 @@ impl Area {
     /// The rectangle between two corners.
     pub fn new(min: [f64; 2], max: [f64; 2]) -> Result<Self, AreaError> {
         let side = |axis: usize| max[axis] - min[axis];
-        let far = min.iter().chain(&max).any(|v| !(v.abs() <= 1000.0));
-        if far || !SIDE_M.contains(&side(0)) || !SIDE_M.contains(&side(1)) {
+        let near = min.iter().chain(&max).all(|v| v.abs() <= 1000.0);
+        if !near || !SIDE_M.contains(&side(0)) || !SIDE_M.contains(&side(1)) {
             return Err(AreaError(format!(
                 "an area's sides are {} to {} m long within 1 km of the origin, this one goes from {min:?} to {max:?}",
                 SIDE_M.start(),
