@@ -1,18 +1,21 @@
 //! What `posefuse-kinematics` makes of fused people, against the truth:
 //! `cargo run --release -p posefuse-evaluate --example bodies -- [seeds] [seconds] [rooms] [method] [variants]`, for example
-//! `-- 3 60 ring4,arc2 kalman fused,ships`. Calibrations are perfect.
+//! `-- 3 60 ring4,arc2 kalman fused,ships`. Calibrations are perfect. `-` stands for the usual. A sixth argument is a TOML file
+//! of more variants: each table a configuration of the solver, by the table's name.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use posefuse_evaluate::kinematics::{BodyTally, Fused, variants};
+use posefuse_evaluate::kinematics::{BodyTally, Fused, Variant, variants};
 use posefuse_evaluate::suite::Setting;
 use posefuse_evaluate::{Metrics, Tally, perfect_calibration, preset};
+use posefuse_kinematics::Config;
 use posefuse_simulator::{Scenario, World};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let argument = |index: usize, usual: &str| {
-        let given = arguments.get(index);
+        let given = arguments.get(index).filter(|given| *given != "-");
         given.cloned().unwrap_or_else(|| usual.to_owned())
     };
     let seeds: u64 = argument(0, "3").parse()?;
@@ -21,6 +24,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wanted = argument(4, "");
     let mut variants = variants();
     variants.retain(|v| wanted.is_empty() || wanted.split(',').any(|name| name == v.name));
+    let given = arguments.get(5).map(std::fs::read_to_string).transpose()?;
+    let given: BTreeMap<String, Config> = toml::from_str(&given.unwrap_or_default())?;
+    variants.extend(given.into_iter().map(|(name, config)| Variant {
+        name: name.leak(),
+        about: "given",
+        config: Some(config),
+    }));
     for room in argument(2, "ring4,arc2").split(',') {
         let setting = Setting::named(room).ok_or("no such room")?;
         let mut totals = vec![(Tally::default(), BodyTally::default()); variants.len()];
@@ -40,7 +50,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             eprint!("\r{room}: {seed} of {seeds}");
         }
         eprintln!();
-        print(room, &variants.iter().map(|v| v.name).collect::<Vec<_>>(), &totals);
+        print(
+            room,
+            &variants.iter().map(|v| v.name).collect::<Vec<_>>(),
+            &totals,
+        );
     }
     Ok(())
 }
@@ -56,7 +70,9 @@ fn print(room: &str, names: &[&str], totals: &[(Tally, BodyTally)]) {
     ];
     row(headings.map(str::to_owned));
     row(units.map(str::to_owned));
-    let first = totals.first().and_then(|(tally, _)| Metrics::from(tally).error.mean_mm);
+    let first = totals
+        .first()
+        .and_then(|(tally, _)| Metrics::from(tally).error.mean_mm);
     for (name, (tally, body)) in names.iter().zip(totals) {
         let (m, b) = (Metrics::from(tally), body.figures());
         let cell = |value: Option<f64>, digits: usize| {

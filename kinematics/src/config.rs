@@ -131,13 +131,13 @@ impl Default for FeetConfig {
         Self {
             enabled: true,
             slow_mps: 0.25,
-            fast_mps: 0.45,
+            fast_mps: 0.30,
             low_m: 0.03,
-            high_m: 0.06,
-            leave_m: 0.08,
+            high_m: 0.05,
+            leave_m: 0.03,
             catch_s: 0.10,
-            release_s: 0.15,
-            firmness_mm: 1.0,
+            release_s: 0.10,
+            firmness_mm: 3.0,
         }
     }
 }

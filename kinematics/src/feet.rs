@@ -31,9 +31,10 @@ const SETTLE_S: f64 = 5.0;
 /// What is not seen for this long is let go, seconds.
 const UNSEEN_S: f64 = 0.5;
 
-/// Where a point is kept, and how firmly.
+/// Where a point should be that is kept, and how much it is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Held {
+    /// Between where it was seen last and where it is kept, by `share`.
     pub(crate) at: Vector3<f64>,
     /// 0 (not yet, or no more) to 1.
     pub(crate) share: f64,
@@ -82,8 +83,9 @@ impl Feet {
     pub(crate) fn held(&self, index: usize) -> Option<Held> {
         let point = &self.points[index];
         let share = point.grip * point.grip * (3.0 - 2.0 * point.grip);
-        (share > 0.0).then_some(Held {
-            at: point.kept,
+        let seen = point.recent.last().map_or(point.kept, |(_, seen)| *seen);
+        (share > 0.0).then(|| Held {
+            at: seen.lerp(&point.kept, share),
             share,
         })
     }

@@ -7,6 +7,7 @@
 //! - [`Solver`]: one person's tracks, frame by frame, to poses of that rig.
 //! - [`Config`]: every function of it, on or off.
 
+mod angles;
 mod body;
 mod bones;
 mod config;
@@ -20,6 +21,7 @@ mod range;
 mod rig;
 mod solver;
 
+pub use angles::Angle;
 pub use body::{Arm, Body, Learner, Leg};
 pub use config::{
     Config, ConfigError, ExtraConfig, FeetConfig, FitConfig, HandsConfig, HoldConfig, LimitsConfig,

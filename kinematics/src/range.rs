@@ -51,20 +51,21 @@ const ANY: f64 = f64::INFINITY;
 /// Nothing beyond what is usual for joints that are seen well: they may go where they are seen within a frame.
 const QUICK: f64 = 200.0;
 
-/// Turn left, bend forwards, lean right. AAOS for the whole trunk: 45, 80 (back 25), 35.
+/// Turn left, bend forwards, lean right. AAOS for the whole trunk: 45, 80 (back 25), 35. Where trackers put `SpineMid` the
+/// spine is not straight at rest: recorded motion needs more backwards and forwards.
 const LOWER_SPINE: [Range; 3] = [
     range(-25.0, 25.0, 0.0, 10.0, QUICK),
-    range(-25.0, 50.0, 0.0, 12.0, QUICK),
-    range(-25.0, 25.0, 0.0, 10.0, QUICK),
+    range(-50.0, 60.0, 0.0, 12.0, QUICK),
+    range(-30.0, 30.0, 0.0, 10.0, QUICK),
 ];
 const UPPER_SPINE: [Range; 3] = [
     range(-40.0, 40.0, 0.0, 15.0, QUICK),
-    range(-35.0, 60.0, 0.0, 20.0, QUICK),
+    range(-65.0, 60.0, 0.0, 20.0, QUICK),
     range(-35.0, 35.0, 0.0, 15.0, QUICK),
 ];
 /// Forwards, to the right. AAOS: 45 each way; neck and head share it.
 const NECK_RANGE: [Range; 2] = [
-    range(-40.0, 50.0, 10.0, 20.0, QUICK),
+    range(-40.0, 55.0, 10.0, 20.0, QUICK),
     range(-40.0, 40.0, 0.0, 15.0, QUICK),
 ];
 const HEAD_RANGE: [Range; 2] = [
@@ -74,12 +75,12 @@ const HEAD_RANGE: [Range; 2] = [
 /// Forwards, up. Ludewig et al., "Motion of the shoulder complex" (2009): about 30 of retraction and of elevation.
 const CLAVICLE: [Range; 2] = [
     range(-25.0, 30.0, 0.0, 8.0, 60.0),
-    range(-15.0, 40.0, 0.0, 8.0, 60.0),
+    range(-15.0, 45.0, 0.0, 8.0, 60.0),
 ];
 /// Bend (AAOS 0 to 150), turn of the forearm (80 either way).
 const LOWER_ARM: [Range; 2] = [
-    range(-3.0, 155.0, 30.0, ANY, QUICK),
-    range(-90.0, 90.0, 0.0, 50.0, 60.0),
+    range(-3.0, 162.0, 30.0, ANY, QUICK),
+    range(-95.0, 110.0, 0.0, 50.0, 60.0),
 ];
 /// Towards the palm (AAOS 80, back 70), towards the thumb (20, away 30).
 const HAND: [Range; 2] = [
@@ -88,11 +89,11 @@ const HAND: [Range; 2] = [
 ];
 const FINGERS: [Range; 1] = [range(-20.0, 110.0, 10.0, 40.0, 120.0)];
 /// AAOS 0 to 135.
-const LOWER_LEG: [Range; 1] = [range(-3.0, 155.0, 10.0, ANY, QUICK)];
+const LOWER_LEG: [Range; 1] = [range(-3.0, 168.0, 10.0, ANY, QUICK)];
 /// Toes outwards with the shank's own turn, toes down (AAOS 50, up 20; on bent knees more).
 const FOOT: [Range; 2] = [
     range(-35.0, 45.0, 5.0, 20.0, 100.0),
-    range(-40.0, 60.0, 0.0, 30.0, 150.0),
+    range(-45.0, 60.0, 0.0, 30.0, 150.0),
 ];
 const TOES: [Range; 1] = [range(-60.0, 30.0, 0.0, ANY, QUICK)];
 
@@ -134,7 +135,7 @@ pub(crate) fn cone(bone: usize) -> Option<Cone> {
             return Some(Cone {
                 along: Vector3::y() * out,
                 centre: Vector3::new(0.6, 0.75 * out, -0.25).normalize(),
-                reach: 120.0,
+                reach: 122.0,
                 twist: range(-110.0, 110.0, 0.0, 50.0, 40.0),
                 stray: QUICK,
             });
@@ -143,8 +144,8 @@ pub(crate) fn cone(bone: usize) -> Option<Cone> {
         (bone == LEGS[side].upper).then(|| Cone {
             along: -Vector3::z(),
             centre: Vector3::new(0.76, 0.10 * out, -0.64).normalize(),
-            reach: 88.0,
-            twist: range(-55.0, 55.0, 0.0, 25.0, 30.0),
+            reach: 100.0,
+            twist: range(-65.0, 65.0, 0.0, 25.0, 30.0),
             stray: QUICK,
         })
     })

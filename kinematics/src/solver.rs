@@ -5,11 +5,12 @@ use posefuse_skeleton::{
     Confidence, Joint, JointMap, JointState, Position, Room, Timestamp, Track,
 };
 
+use crate::angles::{Angle, angles};
 use crate::body::Body;
 use crate::bones::{BONE_OF_JOINT, BONES, HEAD, LEGS};
 use crate::config::{Config, LookAt, Start};
 use crate::direct;
-use crate::feet::{Contact, Feet, POINTS};
+use crate::feet::{Contact, Feet, Held, POINTS};
 use crate::fit::{Fitted, Fitter, Target};
 use crate::hands::{HandFilter, HandState};
 use crate::look::Look;
@@ -44,7 +45,7 @@ pub struct Solved {
 /// let rig = body.rig();
 /// let sensor = SensorId::new(0)?;
 /// // Somebody in a T-pose at the origin, facing X.
-/// let mut height = body.rest_height();
+/// let height = body.rest_height();
 /// let skeleton = rig
 ///     .place(&rig.rest_pose(Position::new(0.0, 0.0, height)))
 ///     .into_iter()
@@ -82,8 +83,8 @@ const ELAPSED_S: (f64, f64) = (1.0 / 240.0, 0.2);
 const FIRST_ITERATIONS: usize = 30;
 /// A joint this far from where it was fused, metres, may be one that the fit cannot reach from the frame before.
 const LOST_M: f64 = 0.08;
-/// What a foot that is not yet, or no more, kept is kept by, metres of standard deviation.
-const LOOSE_M: f64 = 0.2;
+/// How firmly a foot lies where it was fused, metres of standard deviation: what keeping it begins and ends with.
+const LOOSE_M: f64 = 0.015;
 
 impl Solver {
     /// For a person with this body. `config` should be [valid](Config::validate).
@@ -112,6 +113,13 @@ impl Solver {
     /// The person's measures.
     pub fn body(&self) -> &Body {
         &self.body
+    }
+
+    /// The joints' angles in the pose that came last, degrees; none before the first.
+    pub fn angles(&self) -> Vec<Angle> {
+        self.last
+            .as_ref()
+            .map_or_else(Vec::new, |(_, posture)| angles(posture))
     }
 
     /// What sensors say of the left and the right hand at `at`: of each the probability that it is closed. Goes into the
@@ -241,22 +249,28 @@ impl Solver {
             return targets;
         }
         for (index, bone) in POINTS.into_iter().enumerate() {
-            let Some(held) = self.feet.held(index) else {
-                continue;
-            };
-            if let Some(measured) = targets.iter_mut().find(|target| target.bone == bone) {
-                measured.weight *= 1.0 - held.share;
+            if let Some(held) = self.feet.held(index) {
+                targets.retain(|target| target.bone != bone);
+                targets.push(self.kept(bone, &held));
             }
-            let firm = self.config.feet.firmness_mm * 1e-3;
-            let sigma = LOOSE_M * (firm / LOOSE_M).powf(held.share);
-            targets.push(Target {
-                bone,
-                at: held.at,
-                weight: Matrix3::from_diagonal_element(1.0 / (sigma * sigma)),
-                robust: false,
-            });
         }
         targets
+    }
+
+    /// Where a point of a foot should be that is being kept: between where it was fused and where it is kept, and the
+    /// firmer the nearer to the latter.
+    fn kept(&self, bone: usize, held: &Held) -> Target {
+        let firm = self.config.feet.firmness_mm * 1e-3;
+        let sigma = LOOSE_M * (firm / LOOSE_M).powf(held.share);
+        Target {
+            bone,
+            at: held.at,
+            // Upwards it is kept loosely: firmly, it would tell the knee of a straight leg where to go.
+            weight: Matrix3::from_diagonal(
+                &Vector3::new(sigma, sigma, LOOSE_M).map(|s| 1.0 / (s * s)),
+            ),
+            robust: false,
+        }
     }
 
     /// Adds toes and gaze, and makes the answer.

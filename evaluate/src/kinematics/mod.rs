@@ -61,17 +61,41 @@ pub fn variants() -> Vec<Variant> {
     };
     vec![
         variant("fused", "positions as fused, no body", None),
-        variant("ships", "the fit with all that is on by default", with(|_| {})),
-        variant("bones", "bone by bone instead of the fit", with(|c| c.fit.enabled = false)),
+        variant(
+            "ships",
+            "the fit with all that is on by default",
+            with(|_| {}),
+        ),
+        variant(
+            "bones",
+            "bone by bone instead of the fit",
+            with(|c| c.fit.enabled = false),
+        ),
         variant(
             "from-skeleton",
             "the fit begins at the fused skeleton, not at the frame before",
             with(|c| c.fit.start = posefuse_kinematics::Start::Skeleton),
         ),
-        variant("no-robust", "far joints count in full", with(|c| c.fit.robust = false)),
-        variant("no-limits", "no anatomical ranges", with(|c| c.limits.enabled = false)),
-        variant("no-hold", "straight limbs keep no twist", with(|c| c.hold.enabled = false)),
-        variant("no-feet", "feet are not kept still", with(|c| c.feet.enabled = false)),
+        variant(
+            "no-robust",
+            "far joints count in full",
+            with(|c| c.fit.robust = false),
+        ),
+        variant(
+            "no-limits",
+            "no anatomical ranges",
+            with(|c| c.limits.enabled = false),
+        ),
+        variant(
+            "no-hold",
+            "straight limbs keep no twist",
+            with(|c| c.hold.enabled = false),
+        ),
+        variant(
+            "no-feet",
+            "feet are not kept still",
+            with(|c| c.feet.enabled = false),
+        ),
         variant(
             "no-extra",
             "one spine bone, stiff clavicles, fingers and toes",

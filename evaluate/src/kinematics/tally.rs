@@ -131,7 +131,8 @@ impl BodyTally {
     fn add_angles(&mut self, sample: &Sample) {
         for (index, limb) in LIMBS.into_iter().enumerate() {
             let kind = index / 2;
-            if let (Some(made), Some(truth)) = (bend(&sample.joints, limb), bend(&sample.truth, limb))
+            if let (Some(made), Some(truth)) =
+                (bend(&sample.joints, limb), bend(&sample.truth, limb))
             {
                 self.angles[kind].add((made - truth).to_degrees().powi(2));
             }
@@ -173,7 +174,10 @@ pub(super) fn bends(joints: &Joints) -> Bends {
 pub(super) fn hinges(rig: &Rig, pose: &RigPose) -> Bends {
     let placed = rig.place(pose);
     let axis = |joint: Joint, axis: Vector3<f64>| {
-        let bone = rig.bones.iter().position(|bone| bone.joint == Some(joint))?;
+        let bone = rig
+            .bones
+            .iter()
+            .position(|bone| bone.joint == Some(joint))?;
         // The hinge belongs to the bone above.
         let (_, axes) = placed[rig.bones[bone].parent?];
         Some(axes * axis)
@@ -203,11 +207,17 @@ fn skate(before: &Sample, now: &Sample, step: f64) -> (f64, f64) {
         return (0.0, 0.0);
     };
     let (mut metres, mut seconds) = (0.0, 0.0);
-    for (side, points) in [[AnkleLeft, FootLeft], [AnkleRight, FootRight]].into_iter().enumerate() {
+    for (side, points) in [[AnkleLeft, FootLeft], [AnkleRight, FootRight]]
+        .into_iter()
+        .enumerate()
+    {
         for joint in points {
-            if let (true, true, Some(a), Some(b)) =
-                (stood[side], stands[side], before.joints[joint], now.joints[joint])
-            {
+            if let (true, true, Some(a), Some(b)) = (
+                stood[side],
+                stands[side],
+                before.joints[joint],
+                now.joints[joint],
+            ) {
                 metres += (b.vector() - a.vector()).xy().norm();
                 seconds += step;
             }

@@ -11,6 +11,9 @@ use crate::posture::quaternion;
 /// Below this sine of its angle to the forearm, a thumb says nothing of the forearm's turn.
 const LEAST_THUMB: f64 = 0.2;
 
+/// Nothing from one frame to the next turns a limb about itself by more than this, radians.
+const MOST_TURN: f64 = 0.35;
+
 /// A limb's upper bone in its own axes: where it points at rest, and about what the bone below it bends.
 struct Hung {
     rest: Vector3<f64>,
@@ -137,11 +140,15 @@ fn limb(
     });
     let normal = bend
         .and_then(|(normal, angle)| {
-            let normal = normal.try_normalize(1e-9)?;
             let share = trusted(angle, hold, fresh);
-            // Bent the wrong way by noise: not yet a reason to turn the limb over.
-            (share > 0.0 && (share >= 1.0 || normal.dot(&kept) > 0.0))
-                .then(|| kept.lerp(&normal, share))
+            let normal = (share > 0.0)
+                .then(|| normal.try_normalize(1e-9))
+                .flatten()?;
+            Some(if fresh || !hold.enabled {
+                normal
+            } else {
+                turned(&kept, &normal, &upper, share)
+            })
         })
         .unwrap_or(kept);
     let normal = (normal - upper * normal.dot(&upper))
@@ -157,6 +164,19 @@ fn limb(
         }
     });
     (of_room * of_rest.transpose(), bend)
+}
+
+/// `kept`, turned about `upper` towards `normal` by `share` of the way, not by more than [`MOST_TURN`]: a limb that noise bends
+/// the wrong way for a frame does not turn over.
+fn turned(
+    kept: &Vector3<f64>,
+    normal: &Vector3<f64>,
+    upper: &Vector3<f64>,
+    share: f64,
+) -> Vector3<f64> {
+    let angle = kept.cross(normal).dot(upper).atan2(kept.dot(normal));
+    let turn = (share * angle).clamp(-MOST_TURN, MOST_TURN);
+    UnitQuaternion::from_scaled_axis(upper * turn) * kept
 }
 
 /// How far the bend's plane is taken for the limb's, 0 to 1. With nothing known from before, as soon as it shows.

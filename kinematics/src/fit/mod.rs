@@ -49,8 +49,15 @@ const LEAST_DAMPING: f64 = 1e-9;
 const MOST_DAMPING: f64 = 1e6;
 /// Longest step of one freedom, radians or metres.
 const LONGEST_STEP: f64 = 0.6;
-/// Steps shorter than this (radians, metres) change nothing that anybody sees.
-const SHORTEST_STEP: f64 = 2e-5;
+/// A step shorter than this (radians, metres) is the last: what would follow is shorter by far.
+const LAST_STEP: f64 = 1e-3;
+
+/// A posture that was tried.
+struct Trial {
+    fitted: Fitted,
+    /// The room axis of each freedom that turns.
+    axes: [Vector3<f64>; MOST],
+}
 
 /// Fits one body. Working memory is kept from frame to frame.
 #[derive(Clone, Debug)]
@@ -83,7 +90,7 @@ impl Fitter {
         last: Option<(&Posture, f64)>,
         iterations: usize,
     ) -> Fitted {
-        let mut best = self.evaluated(start, targets, last);
+        let mut best = self.tried(start, targets, last);
         let mut damping = FIRST_DAMPING;
         let mut stale = true;
         for _ in 0..iterations {
@@ -96,33 +103,36 @@ impl Fitter {
                 continue;
             };
             let longest = step.iter().fold(0.0f64, |most, step| most.max(step.abs()));
-            if !longest.is_finite() || longest < SHORTEST_STEP {
+            if !longest.is_finite() {
                 break;
             }
             let step = step.map(|step| step * (LONGEST_STEP / longest).min(1.0));
-            let trial = self.evaluated(self.freedoms.moved(&best.posture, &step), targets, last);
-            if trial.cost < best.cost {
+            let moved = self.freedoms.moved(&best.fitted.posture, &step);
+            let trial = self.tried(moved, targets, last);
+            if trial.fitted.cost < best.fitted.cost {
                 best = trial;
                 stale = true;
                 damping = (damping * 0.2).max(LEAST_DAMPING);
             } else {
                 damping *= 20.0;
-                if damping > MOST_DAMPING {
-                    break;
-                }
+            }
+            if longest < LAST_STEP || damping > MOST_DAMPING {
+                break;
             }
         }
-        best
+        best.fitted
     }
 
     /// Where this posture places the bones, and what it costs.
-    fn evaluated(
-        &self,
-        posture: Posture,
-        targets: &[Target],
-        last: Option<(&Posture, f64)>,
-    ) -> Fitted {
-        let placed = Placed::of(&self.offsets, &posture);
+    fn tried(&self, posture: Posture, targets: &[Target], last: Option<(&Posture, f64)>) -> Trial {
+        let mut placed = Placed::new();
+        let mut axes = [Vector3::zeros(); MOST];
+        let first = &self.freedoms.first;
+        placed.place(&self.offsets, &posture, |bone, index, axis| {
+            if first[bone] != freedom::NONE {
+                axes[first[bone] + index] = axis;
+            }
+        });
         let mut cost = self.priors.cost(&posture, last);
         for target in targets {
             let squared = squared(target, &placed);
@@ -133,41 +143,38 @@ impl Fitter {
                     squared
                 };
         }
-        Fitted {
+        let fitted = Fitted {
             posture,
             placed,
             cost,
-        }
+        };
+        Trial { fitted, axes }
     }
 
     /// The normal equations at this posture.
-    fn linearise(&mut self, at: &Fitted, targets: &[Target], last: Option<(&Posture, f64)>) {
+    fn linearise(&mut self, trial: &Trial, targets: &[Target], last: Option<(&Posture, f64)>) {
         let Self {
             normal,
             motions,
             freedoms,
             ..
         } = self;
+        let at = &trial.fitted;
         let root = at.posture.root;
-        for axis in 0..3 {
-            motions[axis] = Motion {
-                turn: Vector3::zeros(),
-                shift: Vector3::ith(axis, 1.0),
+        for (index, freedom) in freedoms.list.iter().enumerate() {
+            motions[index] = if freedom.shifts {
+                Motion {
+                    turn: Vector3::zeros(),
+                    shift: Vector3::ith(freedom.index, 1.0),
+                }
+            } else {
+                let point = at.placed.origins[freedom.bone] - root;
+                Motion {
+                    turn: trial.axes[index],
+                    shift: point.cross(&trial.axes[index]),
+                }
             };
         }
-        let first = &freedoms.first;
-        let origins = &at.placed.origins;
-        Placed::new().place(&self.offsets, &at.posture, |bone, index, axis| {
-            if let Some(motion) = motions.get_mut(first[bone].wrapping_add(index))
-                && first[bone] != freedom::NONE
-            {
-                let point = origins[bone] - root;
-                *motion = Motion {
-                    turn: axis,
-                    shift: point.cross(&axis),
-                };
-            }
-        });
         normal.clear();
         for target in targets {
             let residual = at.placed.origins[target.bone] - target.at;

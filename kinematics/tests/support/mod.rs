@@ -9,9 +9,9 @@ use posefuse_skeleton::{
     Timestamp, Track, TrackId,
 };
 
-pub const RATE_HZ: f64 = 30.0;
+pub(crate) const RATE_HZ: f64 = 30.0;
 
-pub fn performance(seed: u64) -> Performance {
+pub(crate) fn performance(seed: u64) -> Performance {
     Performance::procedural(Cast {
         seed,
         people: 1,
@@ -22,12 +22,12 @@ pub fn performance(seed: u64) -> Performance {
     })
 }
 
-pub fn at(frame: usize) -> Timestamp {
+pub(crate) fn at(frame: usize) -> Timestamp {
     Timestamp::from_seconds(frame as f64 / RATE_HZ)
 }
 
 /// A track of these joints, each off by `noise` and said to be good for `sigma_m`.
-pub fn noisy(
+pub(crate) fn noisy(
     joints: &JointMap<Position<Room>>,
     sigma_m: f64,
     mut noise: impl FnMut() -> f64,
@@ -46,12 +46,12 @@ pub fn noisy(
     }
 }
 
-pub fn exact(joints: &JointMap<Position<Room>>) -> Track {
+pub(crate) fn exact(joints: &JointMap<Position<Room>>) -> Track {
     noisy(joints, 0.001, || 0.0)
 }
 
 /// Noise with this standard deviation: the same every time.
-pub fn noise(sigma_m: f64, seed: u64) -> impl FnMut() -> f64 {
+pub(crate) fn noise(sigma_m: f64, seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     let mut uniform = move || {
         // Marsaglia's xorshift64.
@@ -65,14 +65,14 @@ pub fn noise(sigma_m: f64, seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// The measures of a procedural person, learned from the truth.
-pub fn body(performance: &Performance) -> Body {
+pub(crate) fn body(performance: &Performance) -> Body {
     let tracks: Vec<Track> = (0..900)
         .map(|frame| exact(&performance.pose(0, frame as f64 / RATE_HZ)))
         .collect();
     Body::learn(&tracks)
 }
 
-pub fn is_finite(solved: &Solved) -> bool {
+pub(crate) fn is_finite(solved: &Solved) -> bool {
     let turns = solved.pose.rotations.iter();
     solved.pose.root.is_finite()
         && turns.flat_map(|q| q.coords.iter()).all(|v| v.is_finite())
@@ -80,7 +80,7 @@ pub fn is_finite(solved: &Solved) -> bool {
 }
 
 /// Mean distance of the joints that both have, metres.
-pub fn mean_error(a: &JointMap<Position<Room>>, b: &JointMap<Position<Room>>) -> f64 {
+pub(crate) fn mean_error(a: &JointMap<Position<Room>>, b: &JointMap<Position<Room>>) -> f64 {
     let both = Joint::ALL
         .into_iter()
         .filter_map(|j| Some(a[j]?.distance(b[j]?)));
