@@ -7,6 +7,7 @@ pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod doctor;
 pub(crate) mod evaluate;
+pub(crate) mod export;
 pub(crate) mod record;
 pub(crate) mod refuse;
 pub(crate) mod server;
@@ -33,6 +34,7 @@ pub(crate) fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Record(args) => block_on(record::run(&args, global)),
         Command::Takes(args) => takes::run(&args, global),
         Command::Refuse(args) => refuse::run(&args, global),
+        Command::Export(args) => export::run(&args, global),
         Command::Simulate(args) => simulate::run(&args, global),
         Command::Evaluate(args) => evaluate::run(&args, global),
         Command::Watch(args) => block_on(watch::run(&args, global)),
