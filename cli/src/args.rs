@@ -3,8 +3,8 @@
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    agent, calibrate, calibrations, completions, demo, doctor, evaluate, record, refuse, server,
-    simulate, takes, watch,
+    agent, calibrate, calibrations, completions, demo, doctor, evaluate, export, record, refuse,
+    server, simulate, takes, watch,
 };
 use crate::global::Global;
 
@@ -47,6 +47,8 @@ pub(crate) enum Command {
     Takes(takes::TakesArgs),
     /// Fuse a take again, with the same or other settings
     Refuse(refuse::RefuseArgs),
+    /// Write takes as files that other tools read: BVH, FBX, GLB, TRC, C3D, tables
+    Export(export::ExportArgs),
     /// Make a take from simulated sensors, faster than real time, and measure the error against the truth
     Simulate(simulate::SimulateArgs),
     /// Say how good fused people are: methods side by side, on simulated rooms, takes or recordings
