@@ -13,6 +13,18 @@ use crate::outward::{PropertyNews, Theirs};
 use crate::sensor::VirtualSensor;
 use crate::stream::{VirtualStream, modes};
 
+/// A property of this driver's own: when the sensor's clock showed 0, nanoseconds since 1970 by this computer's clock (8
+/// bytes). With it a program can check what it makes of the sensor's times, where they do not drift.
+const CLOCK_ZERO: c_int = 0x504f_0001;
+
+/// What the device has properties of, in the order in which they are told.
+const PROPERTIES: [c_int; 4] = [
+    DEVICE_SERIAL_NUMBER,
+    DEVICE_DRIVER_VERSION,
+    DEVICE_IMAGE_REGISTRATION,
+    CLOCK_ZERO,
+];
+
 /// A device as OpenNI2 holds it.
 #[derive(Debug)]
 pub(crate) struct VirtualDevice {
@@ -54,12 +66,7 @@ impl VirtualDevice {
     }
 
     pub(crate) fn has(property: c_int) -> bool {
-        [
-            DEVICE_SERIAL_NUMBER,
-            DEVICE_DRIVER_VERSION,
-            DEVICE_IMAGE_REGISTRATION,
-        ]
-        .contains(&property)
+        PROPERTIES.contains(&property)
     }
 
     /// A property's value, as C has it in memory.
@@ -81,6 +88,7 @@ impl VirtualDevice {
                 Some(version.into_iter().flat_map(c_int::to_ne_bytes).collect())
             }
             DEVICE_IMAGE_REGISTRATION => Some(IMAGE_REGISTRATION_OFF.to_ne_bytes().to_vec()),
+            CLOCK_ZERO => Some(self.sensor.clock.zero_unix_ns().to_ne_bytes().to_vec()),
             _ => None,
         }
     }
@@ -101,11 +109,7 @@ impl VirtualDevice {
     pub(crate) fn tell_all(&self) {
         let news = *self.news.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(news) = news else { return };
-        for property in [
-            DEVICE_SERIAL_NUMBER,
-            DEVICE_DRIVER_VERSION,
-            DEVICE_IMAGE_REGISTRATION,
-        ] {
+        for property in PROPERTIES {
             if let Some(value) = self.get(property) {
                 news.tell(property, &value);
             }

@@ -75,13 +75,16 @@ fn next(start: Instant, number: u32, now: Instant) -> u32 {
     (number + 1).max(current)
 }
 
-/// The room's time: programs that look at the same room at the same moment see the same people.
+/// The room's time: programs that look at the same room at the same moment see the same people. Whole microseconds, as
+/// the frame's time is told, so that anybody can draw the same frame again.
 fn seconds(sensor: &VirtualSensor, at: Instant) -> f64 {
     let round_ns = match sensor.world.performance().round_s() {
         Some(seconds) => (seconds * 1e9).round() as i64,
         None => EMPTY_ROUND_NS,
     };
-    sensor.clock.unix_ns(at).rem_euclid(round_ns.max(1)) as f64 * 1e-9
+    // Rounded as the frame's time is.
+    let unix_ns = sensor.clock.unix_ns(at).div_euclid(1000) * 1000;
+    unix_ns.rem_euclid(round_ns.max(1)) as f64 * 1e-9
 }
 
 #[cfg(test)]

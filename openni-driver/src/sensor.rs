@@ -66,8 +66,8 @@ impl VirtualSensor {
     }
 }
 
-/// The clock of the sensors of a room. It shows microseconds since 1970 by this computer's clock when the driver
-/// started, so that a program can check what it makes of it, and drifts from then on as it is told.
+/// The clock of the sensors of a room. It shows microseconds since the driver started, as those of real sensors do:
+/// OpenNI2's player waits before the first frame of a recording for as long as that frame's time says. It drifts as it is told.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SensorTime {
     start: Instant,
@@ -82,7 +82,7 @@ impl SensorTime {
             .unwrap_or_default();
         Self {
             start: Instant::now(),
-            start_unix_ns: unix.as_nanos().try_into().unwrap_or(i64::MAX),
+            start_unix_ns: i64::try_from(unix.as_micros() * 1000).unwrap_or(i64::MAX),
             rate: 1.0 + drift_ppm * 1e-6,
         }
     }
@@ -90,8 +90,12 @@ impl SensorTime {
     /// What it shows, microseconds.
     pub(crate) fn shows_us(&self, at: Instant) -> u64 {
         let gone_ns = at.saturating_duration_since(self.start).as_nanos() as f64 * self.rate;
-        let shown_ns = self.start_unix_ns.saturating_add(gone_ns.round() as i64);
-        u64::try_from(shown_ns).unwrap_or(0) / 1000
+        gone_ns.round() as u64 / 1000
+    }
+
+    /// Civil time when it showed 0, nanoseconds since 1970; whole microseconds, as it shows them.
+    pub(crate) fn zero_unix_ns(&self) -> i64 {
+        self.start_unix_ns
     }
 
     /// Civil time, nanoseconds since 1970.

@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 
 use posefuse_devices::openni::c::{
     OniStatus, OniVideoMode, PIXEL_DEPTH_1_MM, STATUS_BAD_PARAMETER, STATUS_ERROR,
-    STATUS_NO_DEVICE, STATUS_NOT_SUPPORTED, STATUS_OK, STATUS_OUT_OF_FLOW, STREAM_HORIZONTAL_FOV,
-    STREAM_MAX_VALUE, STREAM_MIN_VALUE, STREAM_MIRRORING, STREAM_STRIDE, STREAM_VERTICAL_FOV,
-    STREAM_VIDEO_MODE,
+    STATUS_NO_DEVICE, STATUS_NOT_SUPPORTED, STATUS_OK, STATUS_OUT_OF_FLOW, STREAM_CROPPING,
+    STREAM_HORIZONTAL_FOV, STREAM_MAX_VALUE, STREAM_MIN_VALUE, STREAM_MIRRORING, STREAM_STRIDE,
+    STREAM_VERTICAL_FOV, STREAM_VIDEO_MODE,
 };
 use posefuse_simulator::depth::DepthCamera;
 
@@ -20,8 +20,9 @@ use crate::render::{self, Drawn};
 use crate::sensor::{FPS, VirtualSensor};
 
 /// What the stream has properties of, in the order in which they are told.
-const PROPERTIES: [c_int; 7] = [
+const PROPERTIES: [c_int; 8] = [
     STREAM_VIDEO_MODE,
+    STREAM_CROPPING,
     STREAM_HORIZONTAL_FOV,
     STREAM_VERTICAL_FOV,
     STREAM_MAX_VALUE,
@@ -155,6 +156,17 @@ impl VirtualStream {
                 let numbers = [pixel_format, resolution_x, resolution_y, fps];
                 Some(numbers.into_iter().flat_map(c_int::to_ne_bytes).collect())
             }
+            // There is none, and OpenNI2's player shows no frame of a recording that does not say so.
+            STREAM_CROPPING => {
+                let whole = [
+                    0,
+                    0,
+                    0,
+                    settings.mode.resolution_x,
+                    settings.mode.resolution_y,
+                ];
+                Some(whole.into_iter().flat_map(c_int::to_ne_bytes).collect())
+            }
             STREAM_HORIZONTAL_FOV => float(view[0]),
             STREAM_VERTICAL_FOV => float(view[1]),
             STREAM_MAX_VALUE => int(10_000),
@@ -171,6 +183,7 @@ impl VirtualStream {
             .filter_map(|bytes| Some(c_int::from_ne_bytes(bytes.try_into().ok()?)))
             .collect();
         let status = match (property, numbers.as_slice()) {
+            (STREAM_CROPPING, [0, ..]) => STATUS_OK,
             (STREAM_MIRRORING, [on]) => {
                 self.mirrored.store(*on != 0, Ordering::Relaxed);
                 STATUS_OK

@@ -15,8 +15,11 @@ const BUCKETS: usize = 40;
 const SLOPE_FROM: usize = 6;
 /// No crystal is further off, nanoseconds a nanosecond.
 const STEEPEST: f64 = 500e-6;
-/// A frame this much sooner or later than expected: the device started anew, or this computer slept.
+/// A frame this much sooner than any before it: the device started anew. So much later, again and again: the same, or this
+/// computer slept.
 const JUMP_NS: i64 = 500_000_000;
+/// A busy computer is late for no longer than this.
+const LATE_NS: i64 = 3_000_000_000;
 
 /// What the clock of one device shows, against the agent's.
 #[derive(Debug)]
@@ -26,6 +29,8 @@ pub(super) struct DeviceClock {
     line: Line,
     last_ns: i64,
     last_device_ns: i64,
+    /// Device time since which every frame is late by a jump.
+    late_since_ns: Option<i64>,
 }
 
 /// `at` device time `x`: `y + slope (at - x)`.
@@ -49,6 +54,7 @@ impl Default for DeviceClock {
             line: Line::default(),
             last_ns: i64::MIN,
             last_device_ns: i64::MIN,
+            late_since_ns: None,
         }
     }
 }
@@ -57,11 +63,9 @@ impl DeviceClock {
     /// When a frame was captured, agent's clock, ns; later than the frame before.
     pub(super) fn captured_ns(&mut self, device_ns: i64, arrived_ns: i64) -> i64 {
         let offset = arrived_ns.saturating_sub(device_ns);
-        let strange = || {
-            (offset - self.line.at(device_ns)).abs() > JUMP_NS || device_ns <= self.last_device_ns
-        };
-        if !self.lowest.is_empty() && strange() {
+        if !self.lowest.is_empty() && self.is_another(device_ns, offset) {
             self.lowest.clear();
+            self.late_since_ns = None;
         }
         self.last_device_ns = device_ns;
         self.keep(device_ns, offset);
@@ -71,6 +75,17 @@ impl DeviceClock {
             .min(arrived_ns)
             .max(self.last_ns.saturating_add(1));
         self.last_ns
+    }
+
+    /// Whether the device's clock is not the one that it was.
+    fn is_another(&mut self, device_ns: i64, offset: i64) -> bool {
+        let late_ns = offset - self.line.at(device_ns);
+        if late_ns <= JUMP_NS {
+            self.late_since_ns = None;
+            return late_ns < -JUMP_NS || device_ns <= self.last_device_ns;
+        }
+        let since_ns = *self.late_since_ns.get_or_insert(device_ns);
+        device_ns <= self.last_device_ns || device_ns - since_ns > LATE_NS
     }
 
     fn keep(&mut self, device_ns: i64, offset: i64) {
@@ -191,5 +206,20 @@ mod tests {
             clock.captured_ns(FRAME_NS, arrived + FRAME_NS),
             arrived + FRAME_NS
         );
+    }
+
+    #[test]
+    fn one_frame_that_is_seconds_late_is_late_and_a_clock_that_stays_behind_is_another() {
+        let mut clock = DeviceClock::default();
+        let frame = |number: i64| 9_000_000_000 + number * FRAME_NS;
+        for number in 0..100 {
+            clock.captured_ns(frame(number), number * FRAME_NS);
+        }
+        let late = clock.captured_ns(frame(100), 100 * FRAME_NS + 2_000 * MS);
+        assert_eq!(late, 100 * FRAME_NS);
+        let slept = 60_000 * MS;
+        let captured =
+            (101..300).map(|number| clock.captured_ns(frame(number), number * FRAME_NS + slept));
+        assert_eq!(captured.last(), Some(299 * FRAME_NS + slept));
     }
 }

@@ -61,6 +61,8 @@ pub const DEVICE_PLAYBACK_SPEED: c_int = 100;
 /// `ONI_DEVICE_PROPERTY_PLAYBACK_REPEAT_ENABLED`: `OniBool`.
 pub const DEVICE_PLAYBACK_REPEAT: c_int = 101;
 
+/// `ONI_STREAM_PROPERTY_CROPPING`: five ints, enabled, origin x and y, width, height.
+pub const STREAM_CROPPING: c_int = 0;
 /// `ONI_STREAM_PROPERTY_HORIZONTAL_FOV`: float, radians.
 pub const STREAM_HORIZONTAL_FOV: c_int = 1;
 /// `ONI_STREAM_PROPERTY_VERTICAL_FOV`: float, radians.

@@ -177,6 +177,23 @@ impl Device {
         )
     }
 
+    /// A whole number of 8 bytes that a driver tells under a property of its own; `None`: it does not.
+    pub fn own_property(&self, property: i32) -> Option<i64> {
+        let mut value: i64 = 0;
+        let mut size = size_of::<i64>() as c_int;
+        // SAFETY: the function writes at most `size` bytes, which the value has.
+        let status = unsafe {
+            let get = self.open.openni.api.device_get_property;
+            get(
+                self.open.handle,
+                property,
+                ptr::from_mut(&mut value).cast(),
+                &mut size,
+            )
+        };
+        (status == STATUS_OK && size == size_of::<i64>() as c_int).then_some(value)
+    }
+
     /// Whether it is a recording.
     pub fn is_recording(&self) -> bool {
         // SAFETY: a plain call on an open device.

@@ -4,7 +4,7 @@
 use std::ffi::{CStr, CString, c_int};
 use std::path::{Path, PathBuf};
 use std::ptr;
-use std::sync::{Arc, Mutex, mpsc};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
 use super::OpenNiError;
@@ -23,6 +23,9 @@ const NAMES: [&str; 2] = ["libOpenNI2.so.0", "libOpenNI2.so"];
 
 /// Variables that name the folder in which the library lies.
 const FOLDERS: [&str; 2] = ["OPENNI2_REDIST64", "OPENNI2_REDIST"];
+
+/// OpenNI2 counts how often it was started, but gives no devices to who comes while it still starts.
+static STARTING: Mutex<()> = Mutex::new(());
 
 /// What OpenNI2 says of a device without opening it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,6 +79,7 @@ impl OpenNi {
             library: path.clone(),
             missing,
         })?;
+        let starting = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: a plain call; the interface's version is the one of our declarations.
         let status = unsafe { (api.initialize)(API_VERSION) };
         if status != STATUS_OK {
@@ -84,6 +88,7 @@ impl OpenNi {
             unsafe { (api.shutdown)() };
             return Err(error);
         }
+        drop(starting);
         let (sender, events) = mpsc::channel();
         let mut listener = Listener::new(sender);
         let mut callbacks: Handle = ptr::null_mut();
@@ -158,6 +163,7 @@ impl OpenNi {
 
 impl Drop for OpenNi {
     fn drop(&mut self) {
+        let _starting = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: registered in `load` and not unregistered before; nothing that was opened is left, for it would
         // hold this.
         unsafe {
