@@ -93,6 +93,27 @@ struct SimArgs {
     /// began their round of some minutes anew, so that agents started at any time see the same]
     #[arg(long, value_name = "NS", value_parser = values::whole(0, i64::MAX))]
     epoch_ns: Option<i64>,
+    /// Render what a depth camera would see, and track the people in that, instead of skeletons with a tracker's usual errors
+    #[arg(long, value_enum, value_name = "CAMERA", num_args = 0..=1, default_missing_value = "structured-light")]
+    depth: Option<OpticsArg>,
+}
+
+/// Kinds of simulated depth cameras.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum OpticsArg {
+    /// Kinect v1 and its like.
+    StructuredLight,
+    /// Kinect v2 and its like.
+    TimeOfFlight,
+}
+
+impl From<OpticsArg> for source::SimOptics {
+    fn from(optics: OpticsArg) -> Self {
+        match optics {
+            OpticsArg::StructuredLight => Self::StructuredLight,
+            OpticsArg::TimeOfFlight => Self::TimeOfFlight,
+        }
+    }
 }
 
 /// Where simulated sensors stand.
@@ -175,10 +196,16 @@ pub(crate) async fn run(args: &AgentArgs, global: &Global) -> anyhow::Result<Out
 
 fn config(args: &AgentArgs) -> anyhow::Result<AgentConfig> {
     let (source, usual_name) = match &args.source {
-        Source::Sim(sim) => (
-            SourceConfig::Sim(sim.config()?),
-            Some(format!("sim{}", sim.sensor)),
-        ),
+        Source::Sim(sim) => {
+            let room = sim.config()?;
+            let config = match sim.depth {
+                Some(optics) => {
+                    SourceConfig::SimDepth(source::SimDepthConfig::new(room, optics.into()))
+                }
+                None => SourceConfig::Sim(room),
+            };
+            (config, Some(format!("sim{}", sim.sensor)))
+        }
         Source::Csv(csv) => (SourceConfig::Csv(csv.config()), None),
         Source::Azure(azure) => (SourceConfig::Azure(azure.config()), None),
         Source::Nite(nite) => (SourceConfig::Nite(nite.config()), None),
