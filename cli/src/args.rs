@@ -3,8 +3,8 @@
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    agent, calibrate, calibrations, completions, demo, doctor, evaluate, export, record, refuse,
-    server, simulate, takes, watch,
+    agent, calibrate, calibrations, completions, demo, devices, doctor, evaluate, export, record,
+    refuse, server, simulate, takes, watch,
 };
 use crate::global::Global;
 
@@ -37,6 +37,8 @@ pub(crate) enum Command {
     Server(server::ServerArgs),
     /// Run the agent of one sensor
     Agent(agent::AgentArgs),
+    /// List the depth sensors of this computer
+    Devices(devices::DevicesArgs),
     /// Find out where the sensors stand, from one person's walk
     Calibrate(calibrate::CalibrateArgs),
     /// List, compare, restore, export and import calibrations

@@ -141,7 +141,7 @@ fn record(uri: &str, seconds: f64, file: &Path) -> Result<()> {
 }
 
 /// OpenNI2's compression gives a wrong value for the last pixels of a frame that ends with several alike.
-const END: usize = 8;
+const END: usize = 64;
 
 #[derive(PartialEq)]
 enum Likeness {

@@ -5,6 +5,7 @@ pub(crate) mod calibrate;
 pub(crate) mod calibrations;
 pub(crate) mod completions;
 pub(crate) mod demo;
+pub(crate) mod devices;
 pub(crate) mod doctor;
 pub(crate) mod evaluate;
 pub(crate) mod export;
@@ -29,6 +30,7 @@ pub(crate) fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Demo(args) => block_on(demo::run(&args, global)),
         Command::Server(args) => server::run(&args, global),
         Command::Agent(args) => block_on(agent::run(&args, global)),
+        Command::Devices(args) => devices::run(&args, global),
         Command::Calibrate(args) => calibrate::run(&args, global),
         Command::Calibrations(args) => block_on(calibrations::run(&args, global)),
         Command::Record(args) => block_on(record::run(&args, global)),

@@ -2,6 +2,7 @@
 
 mod azure;
 mod nite;
+mod openni;
 mod osc;
 mod replay;
 
@@ -17,6 +18,7 @@ use serde::Serialize;
 
 use self::azure::AzureArgs;
 use self::nite::NiteArgs;
+use self::openni::OpenNiArgs;
 use self::osc::OscArgs;
 use self::replay::ReplayArgs;
 use crate::failure::{Outcome, usage};
@@ -54,6 +56,9 @@ struct Common {
 /// Where frames come from.
 #[derive(Debug, Subcommand)]
 enum Source {
+    /// A depth camera read through OpenNI2 (Kinect v1, Xtion, Astra ...), or a recording of one (.oni)
+    #[command(name = "openni")]
+    OpenNi(OpenNiArgs),
     /// An Azure Kinect or Femto with Microsoft's Body Tracking SDK, where that is installed
     Azure(AzureArgs),
     /// A sensor with PrimeSense's NiTE 2.2, where that is installed
@@ -207,6 +212,7 @@ fn config(args: &AgentArgs) -> anyhow::Result<AgentConfig> {
             (config, Some(format!("sim{}", sim.sensor)))
         }
         Source::Csv(csv) => (SourceConfig::Csv(csv.config()), None),
+        Source::OpenNi(openni) => (SourceConfig::OpenNi(openni.config()), None),
         Source::Azure(azure) => (SourceConfig::Azure(azure.config()), None),
         Source::Nite(nite) => (SourceConfig::Nite(nite.config()), None),
         Source::Osc(osc) => (SourceConfig::Osc(osc.config()), None),

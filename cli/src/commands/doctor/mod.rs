@@ -1,5 +1,6 @@
 //! `posefuse doctor`: what is wrong with this machine or this room, each with a remedy.
 
+mod depth;
 mod files;
 mod machine;
 mod models;
@@ -100,6 +101,7 @@ struct DoctorView<'a> {
 
 pub(crate) async fn run(args: &DoctorArgs, global: &Global) -> anyhow::Result<Outcome> {
     let mut findings = machine::examine();
+    findings.extend(depth::examine());
     let (room, calibration) = room::examine(&args.server.server).await;
     let (of_files, config) = files::examine(args.config.as_deref(), &args.takes, calibration);
     findings.extend(of_files);
