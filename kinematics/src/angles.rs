@@ -1,6 +1,6 @@
 //! A pose as anatomical angles, for people who read degrees.
 
-use crate::bones::{ARMS, BONE_COUNT, BONES, CHEST, LEGS, SPINE};
+use crate::bones::{ARMS, BONES, CHEST, LEGS, SPINE};
 use crate::posture::{Posture, TURNS, Turn};
 use crate::range::{cone, ranges, twist};
 
@@ -44,7 +44,7 @@ fn names(bone: usize) -> &'static [&'static str] {
 /// All angles of a posture, but the root's.
 pub(crate) fn angles(posture: &Posture) -> Vec<Angle> {
     let mut all = Vec::new();
-    for bone in 0..BONE_COUNT {
+    for (bone, turned) in TURNS.iter().enumerate() {
         let mut push = |turn, radians: f64, low, high| {
             all.push(Angle {
                 bone: BONES[bone].name,
@@ -54,7 +54,7 @@ pub(crate) fn angles(posture: &Posture) -> Vec<Angle> {
                 high,
             });
         };
-        match TURNS[bone] {
+        match turned {
             Turn::Fixed => {}
             Turn::Hinges(_) => {
                 let named = names(bone).iter().zip(ranges(bone));
@@ -67,8 +67,8 @@ pub(crate) fn angles(posture: &Posture) -> Vec<Angle> {
                     let rotation = &posture.balls[bone];
                     let swing = (rotation * cone.along).angle(&cone.centre);
                     push("swing", swing, 0.0, cone.reach);
-                    let (turned, _) = twist(rotation, &cone.along);
-                    push("twist", turned, cone.twist.low, cone.twist.high);
+                    let (about, _) = twist(rotation, &cone.along);
+                    push("twist", about, cone.twist.low, cone.twist.high);
                 }
             }
         }
@@ -82,11 +82,11 @@ mod tests {
 
     #[test]
     fn every_hinge_has_a_name() {
-        for bone in 0..BONE_COUNT {
+        for (bone, named) in BONES.iter().enumerate() {
             assert!(
                 ranges(bone).is_empty() || names(bone).len() == ranges(bone).len(),
                 "{}",
-                BONES[bone].name
+                named.name
             );
         }
     }

@@ -48,7 +48,8 @@ pub struct FitConfig {
     pub iterations: usize,
     /// Whether joints far from where the rest of the body has them count less.
     pub robust: bool,
-    /// What a fused position is off by besides its covariance, millimetres: 0.1 to 100.
+    /// What a fused position is off by besides its covariance, millimetres: 0.1 to 100. Trackers' biases, which no covariance
+    /// tells; without it, bodies shake as sensors come and go.
     pub floor_mm: f64,
 }
 
@@ -59,7 +60,7 @@ impl Default for FitConfig {
             start: Start::Previous,
             iterations: 6,
             robust: true,
-            floor_mm: 5.0,
+            floor_mm: 15.0,
         }
     }
 }

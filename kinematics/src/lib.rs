@@ -5,6 +5,7 @@
 //!
 //! - [`Body`]: the measures of a person, learned from fused tracks; [`Body::rig`] is their rig in the T-pose.
 //! - [`Solver`]: one person's tracks, frame by frame, to poses of that rig.
+//! - [`HandFilter`]: sensors' votes on a hand as a state that does not flicker.
 //! - [`Config`]: every function of it, on or off.
 
 mod angles;
@@ -19,6 +20,7 @@ mod look;
 mod posture;
 mod range;
 mod rig;
+mod solved;
 mod solver;
 
 pub use angles::Angle;
@@ -30,4 +32,5 @@ pub use config::{
 pub use feet::Contact;
 pub use hands::{HandFilter, HandState};
 pub use rig::{Bone, Rig, RigPose};
-pub use solver::{Solved, Solver};
+pub use solved::Solved;
+pub use solver::Solver;

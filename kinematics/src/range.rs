@@ -7,7 +7,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::bones::{ARMS, BONE_COUNT, CHEST, HEAD, LEGS, NECK, SIDES, SPINE};
+use crate::bones::{ARMS, CHEST, HEAD, LEGS, NECK, SIDES, SPINE};
 use crate::posture::{Posture, TURNS, Turn};
 
 /// What is known beforehand of the turn about one hinge, degrees.
@@ -175,8 +175,8 @@ pub(crate) fn beyond(rotation: &UnitQuaternion<f64>, cone: &Cone) -> Option<(f64
 
 /// Every joint brought within its range.
 pub(crate) fn clamp(posture: &mut Posture) {
-    for bone in 0..BONE_COUNT {
-        match TURNS[bone] {
+    for (bone, turn) in TURNS.iter().enumerate() {
+        match turn {
             Turn::Fixed => {}
             Turn::Hinges(_) => {
                 for (angle, range) in posture.angles[bone].iter_mut().zip(ranges(bone)) {
@@ -207,8 +207,8 @@ mod tests {
 
     #[test]
     fn every_hinge_has_a_range_and_rest_is_within() {
-        for bone in 0..BONE_COUNT {
-            let hinges = match TURNS[bone] {
+        for (bone, turn) in TURNS.iter().enumerate() {
+            let hinges = match turn {
                 Turn::Hinges(hinges) => hinges.len(),
                 _ => 0,
             };

@@ -8,7 +8,7 @@ use crate::posture::{Posture, TURNS, Turn};
 
 /// Stands for "nothing".
 pub(super) const NONE: usize = usize::MAX;
-/// Most freedoms there are: the root's place, three balls of hips and ... (see [`Freedoms::new`]).
+/// At least as many as there are freedoms with everything on (49).
 pub(super) const MOST: usize = 52;
 
 /// One way in which the body can move.
@@ -84,8 +84,8 @@ impl Freedoms {
                 moved.angles[freedom.bone][freedom.index] += step;
             }
         }
-        for bone in 0..BONE_COUNT {
-            if matches!(TURNS[bone], Turn::Ball) {
+        for (bone, turn) in TURNS.iter().enumerate() {
+            if matches!(turn, Turn::Ball) {
                 let at = self.first[bone];
                 let turn = Vector3::new(step[at], step[at + 1], step[at + 2]);
                 let turned = moved.balls[bone] * UnitQuaternion::from_scaled_axis(turn);

@@ -171,8 +171,8 @@ impl Normal {
                 j = freedoms[j].carrier;
             }
         }
-        for i in 0..count {
-            step[i] /= self.factor[i][i];
+        for (i, step) in step.iter_mut().enumerate().take(count) {
+            *step /= self.factor[i][i];
         }
         for i in 0..count {
             let mut j = freedoms[i].carrier;

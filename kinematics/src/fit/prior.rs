@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::freedom::{Freedoms, NONE};
 use super::normal::Normal;
-use crate::bones::{BONE_COUNT, HIPS};
+use crate::bones::HIPS;
 use crate::config::Config;
 use crate::posture::{Posture, TURNS, Turn};
 use crate::range::{Cone, Range, beyond, cone, ranges, twist};
@@ -71,9 +71,9 @@ impl Priors {
             balls: Vec::new(),
             limit_weight,
         };
-        for bone in 0..BONE_COUNT {
+        for (bone, turn) in TURNS.iter().enumerate() {
             let freedom = freedoms.first[bone];
-            match TURNS[bone] {
+            match turn {
                 Turn::Hinges(_) if freedom != NONE => {
                     let hinges = ranges(bone).iter().enumerate();
                     priors.hinges.extend(
