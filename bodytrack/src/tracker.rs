@@ -22,8 +22,13 @@ const SEEN_M2: f32 = 0.03;
 /// A surface nearer than this to the flesh around the joints is explained by them, metres; this share of it must be.
 const NEAR_M: f32 = 0.15;
 const LEAST_NEAR: f64 = 0.7;
+/// Of a person the network knows at least so many joints so surely.
+const SURE: f32 = 0.6;
+const SURE_JOINTS: usize = 6;
 /// A hand is looked at if its surface is seen with this probability.
 const HAND_SEEN: f32 = 0.5;
+/// A probability nearer to one half than this is no word at all.
+const HAND_TELLS: f32 = 0.2;
 /// Cosine from which on somebody faces the sensor, or turns their back to it.
 const FRONT: f32 = 0.5;
 
@@ -249,16 +254,17 @@ impl BodyTracker {
         let mut settled: Vec<(usize, Estimate)> = Vec::new();
         for (&(number, surface), estimate) in seen.iter().zip(estimates) {
             let track = &mut self.people.tracks[number];
-            if track.id == 0 {
-                let counts = background.alive(lens, &self.claims.owners, number as u8 + 1);
-                track.judge(counts);
-            }
             let points = self.claims.samples(&self.segments, number as u8 + 1);
             let fits = |found: &Estimate| fits(found, points);
             let Some(mut estimate) = estimate.filter(fits) else {
                 track.see(surface, None, at_ns);
                 continue;
             };
+            // Something else may move, too, but does not look like a person to the network.
+            if track.id == 0 && is_sure(&estimate) {
+                let counts = background.alive(lens, &self.claims.owners, number as u8 + 1);
+                track.judge(counts);
+            }
             track.settle(&level, &mut estimate, at_ns);
             track.see(torso(&estimate), Some(estimate.joints), at_ns);
             settled.push((number, estimate));
@@ -286,8 +292,10 @@ impl BodyTracker {
             (joint, (at, trust))
         };
         let hand = |joint: Joint, side: usize| {
-            let seen = found.visible[joint as usize] > HAND_SEEN;
-            seen.then_some(f64::from(found.hands[side].clamp(0.0, 1.0)))
+            let closed = found.hands[side].clamp(0.0, 1.0);
+            let tells =
+                found.visible[joint as usize] > HAND_SEEN && (closed - 0.5).abs() > HAND_TELLS;
+            tells.then_some(f64::from(closed))
         };
         let towards = track.heading.towards_sensor(level, &track.middle);
         TrackedBody {
@@ -364,6 +372,13 @@ fn fits<'a>(found: &Estimate, points: impl Iterator<Item = &'a Sample>) -> bool 
         all += 1;
     }
     f64::from(near) >= LEAST_NEAR * f64::from(all)
+}
+
+/// Whether the network knows where enough joints are.
+fn is_sure(found: &Estimate) -> bool {
+    let joints = found.sigma_m.iter().zip(&found.visible);
+    let sure = joints.filter(|(sigma, seen)| confidence(**sigma, **seen).get() > SURE);
+    sure.count() >= SURE_JOINTS
 }
 
 /// The middle of the trunk.
