@@ -71,7 +71,7 @@ impl OpenNi {
     /// Loads and starts OpenNI2. `place` is the library or the folder that it lies in; without one it is looked for in
     /// the folder that OPENNI2_REDIST names, then where the system keeps its libraries.
     ///
-    /// Its drivers come from the folder that OPENNI2_DRIVERS_PATH names, else from the place known to the library.
+    /// Its drivers come from the folder `OpenNI2/Drivers` beside the library.
     pub fn load(place: Option<&Path>) -> Result<Arc<Self>, OpenNiError> {
         let Found { library, path } =
             find(place, &FOLDERS, &NAMES).map_err(|tried| OpenNiError::Missing { tried })?;
