@@ -287,8 +287,15 @@ mod tests {
 
     fn cut(image: &DepthImage, belongs: impl Fn(usize) -> bool) -> Option<(CropFrame, Vec<f32>)> {
         let mut numbers = Vec::new();
-        let all = [[0, 320], [0, 240]];
-        let frame = Cropper::default().cut(image, &camera(), all, belongs, &mut numbers)?;
+        let mut extent = [[usize::MAX, 0]; 2];
+        let held = |at: &usize| image.millimetres[*at] > 0 && belongs(*at);
+        for at in (0..image.millimetres.len()).filter(held) {
+            for (side, index) in extent.iter_mut().zip([at % 320, at / 320]) {
+                *side = [side[0].min(index), side[1].max(index + 1)];
+            }
+        }
+        let mut cropper = Cropper::default();
+        let frame = cropper.cut(image, &camera(), extent, belongs, &mut numbers)?;
         Some((frame, numbers))
     }
 
@@ -310,7 +317,8 @@ mod tests {
             let worst = crop[..CELLS]
                 .iter()
                 .fold(0.0f32, |worst, z| worst.max(z.abs()));
-            assert!(worst < 0.1, "{worst} at {at:?}");
+            // Beside the axis the panel is not square to the line of sight.
+            assert!(worst < 0.12, "{worst} at {at:?}");
         }
     }
 
