@@ -4,8 +4,8 @@ use posefuse_skeleton::Confidence;
 
 /// How far is right enough, metres.
 pub(crate) const RIGHT_M: f32 = 0.10;
-/// Logistic regression over rendered people (`posefuse evaluate bodytrack --calibrate`): one, the logit of what sigma
-/// alone says, whether the joint's surface is seen.
+/// Logistic regression over rendered people (`posefuse evaluate bodytrack` prints what would put it right): one, the logit
+/// of what sigma alone says, whether the joint's surface is seen.
 const WEIGHTS: [f32; 3] = [0.69, 0.96, 0.0];
 /// Nothing is surer than this.
 const SUREST: f32 = 0.995;

@@ -24,7 +24,7 @@ use crate::{progress, values};
 
 /// Seeds of simulated people that no training has seen: those of training lie elsewhere.
 const FIRST_SEED: u64 = 9_001;
-/// Of recordings: how far apart those that are taken are, for a first look.
+/// Most recordings that are tried, spread over all that are held out.
 const MOST_CLIPS: usize = 60;
 
 /// The body tracker for depth sensors, on rendered depth of people nobody trained it with
