@@ -157,7 +157,7 @@ fn smoothing_a_take_gives_every_frame_once_and_remembers_no_more_than_its_blocks
 /// seconds of each person, however long the take, whatever answers.
 #[test]
 fn with_repair_an_engine_remembers_no_more_than_its_windows() {
-    let (_, events) = room(10.0);
+    let (_, events) = room(14.0);
     let plain = Config {
         repair: RepairConfig::off(),
         ..Config::default()
