@@ -5,6 +5,7 @@
 
 mod background;
 mod body;
+mod checks;
 mod claims;
 mod confidence;
 mod config;

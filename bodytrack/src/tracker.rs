@@ -4,6 +4,7 @@ use posefuse_models::Runtime;
 use posefuse_skeleton::{DepthImage, Intrinsics, Joint, Position};
 
 use crate::background::Background;
+use crate::checks::{check_camera, check_config, check_image};
 use crate::claims::Claims;
 use crate::confidence::confidence;
 use crate::crop::CropFrame;
@@ -73,7 +74,7 @@ impl BodyTracker {
     /// # Errors
     /// A setting or the camera cannot be, or the network cannot be used.
     pub fn new(config: TrackerConfig, camera: Intrinsics) -> Result<Self, TrackerError> {
-        check(&config)?;
+        check_config(&config)?;
         check_camera(&camera)?;
         Ok(Self {
             sight: Sight::open(&config)?,
@@ -388,66 +389,4 @@ fn torso(found: &Estimate) -> V3 {
         .map(|&joint| found.joints[joint as usize])
         .sum();
     sum / Joint::TORSO.len() as f32
-}
-
-fn check(config: &TrackerConfig) -> Result<(), TrackerError> {
-    let wrong = |field, expected, found| {
-        Err(TrackerError::Config {
-            field,
-            expected,
-            found,
-        })
-    };
-    let [near, far] = config.range_m;
-    if !(64..=1024).contains(&config.width) {
-        return wrong("width", "from 64 to 1024 pixels", config.width.to_string());
-    }
-    if !(1..=16).contains(&config.people) {
-        return wrong("people", "from 1 to 16", config.people.to_string());
-    }
-    // Written so that no number at all is wrong, too.
-    if !(near >= 0.0 && far > near && far <= 30.0) {
-        let found = format!("[{near}, {far}]");
-        return wrong("range_m", "with 0 <= nearest < furthest <= 30 m", found);
-    }
-    Ok(())
-}
-
-fn check_camera(camera: &Intrinsics) -> Result<(), TrackerError> {
-    let &Intrinsics {
-        width,
-        height,
-        fx,
-        fy,
-        ..
-    } = camera;
-    let sides = [width, height]
-        .iter()
-        .all(|side| (32..=4096).contains(side));
-    let focal = [fx, fy]
-        .iter()
-        .all(|focal| focal.is_finite() && *focal > 1.0);
-    let centre = camera.cx.is_finite() && camera.cy.is_finite();
-    if sides && focal && centre {
-        return Ok(());
-    }
-    Err(TrackerError::Camera {
-        width,
-        height,
-        fx,
-        fy,
-    })
-}
-
-fn check_image(camera: &Intrinsics, image: &DepthImage) -> Result<(), TrackerError> {
-    let (expected, found) = ([camera.width, camera.height], [image.width, image.height]);
-    let values = image.millimetres.len();
-    if expected == found && values == image.width as usize * image.height as usize {
-        return Ok(());
-    }
-    Err(TrackerError::Size {
-        expected,
-        found,
-        values,
-    })
 }
