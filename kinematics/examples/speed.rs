@@ -16,12 +16,15 @@ use posefuse_skeleton::{
 const RATE_HZ: f64 = 30.0;
 const SIGMA_M: f64 = 0.015;
 
+/// A name, and what is changed in the configuration.
+type Way = (&'static str, fn(&mut Config));
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let seeds: u64 = arguments.next().map_or(Ok(3), |text| text.parse())?;
     let seconds: f64 = arguments.next().map_or(Ok(60.0), |text| text.parse())?;
     let people: Vec<Vec<Track>> = (1..=seeds).map(|seed| tracks(seed, seconds)).collect();
-    let ways: [(&str, fn(&mut Config)); 4] = [
+    let ways: [Way; 4] = [
         ("ships", |_| {}),
         ("from-skeleton", |c| c.fit.start = Start::Skeleton),
         ("no-feet", |c| c.feet.enabled = false),

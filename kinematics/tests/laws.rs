@@ -1,5 +1,7 @@
 //! What must hold whatever people do: constant lengths, no flips, limits, no dependence on where the room's axes point.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod support;
 
 use nalgebra::{UnitQuaternion, Vector3};

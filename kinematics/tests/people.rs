@@ -1,5 +1,7 @@
 //! Simulated people with their truth: lengths, accuracy, feet, hands.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod support;
 
 use posefuse_kinematics::{Body, Config, HandFilter, HandsConfig, Solver};

@@ -1,5 +1,6 @@
 //! People with a known truth, as tracks.
 #![allow(dead_code, reason = "each test file uses a part")]
+#![allow(clippy::unwrap_used, reason = "tests")]
 
 use nalgebra::{Matrix3, Vector3};
 use posefuse_kinematics::{Body, Solved};
