@@ -43,15 +43,15 @@ fn source(uri: &str, clock: &Arc<dyn Clock>) -> Result<Box<dyn DepthSource>> {
 }
 
 fn measure(uri: &str, seconds: f64) -> Result<()> {
+    let clock: Arc<dyn Clock> = Arc::new(SystemClock::new());
+    let mut source = source(uri, &clock)?;
+    let unix_ns = clock.unix_ns() - clock.monotonic_ns();
     // A second look at the same stream tells the sensor's own times: each frame is a thirtieth of a second after the last.
     let raw = OpenNi::load(None)?.open(Some(uri))?.depth(None)?;
     let zero_ns = raw.device().own_property(CLOCK_ZERO);
     let zero_ns = zero_ns.context("that is no virtual sensor")?;
     raw.start()?;
     let first = raw.next(Duration::from_secs(5))?.context("no frame")?;
-    let clock: Arc<dyn Clock> = Arc::new(SystemClock::new());
-    let mut source = source(uri, &clock)?;
-    let unix_ns = clock.unix_ns() - clock.monotonic_ns();
     let first_ns = zero_ns + i64::try_from(first.timestamp_us)? * 1000 - unix_ns;
 
     let (mut numbers, mut errors_ns): (Vec<i64>, Vec<f64>) = (Vec::new(), Vec::new());

@@ -78,12 +78,14 @@ impl Device {
 
 impl DepthStream {
     fn set_up(&mut self) -> Result<(), OpenNiError> {
-        if !self.device.is_recording() {
+        // While another stream of the device runs, its mode may be asked for and not be set.
+        let mut video = self.mode.to_c();
+        let told = self.get::<OniVideoMode>(STREAM_VIDEO_MODE, &mut video);
+        let is_so = told && Mode::from_c(&video) == Some(self.mode);
+        if !is_so && !self.device.is_recording() {
             self.set(STREAM_VIDEO_MODE, &self.mode.to_c())
                 .map_err(|status| self.failed(status, "choose the mode"))?;
-        }
-        let mut video = self.mode.to_c();
-        if self.get::<OniVideoMode>(STREAM_VIDEO_MODE, &mut video) {
+        } else if told {
             self.mode = Mode::from_c(&video).unwrap_or(self.mode);
         }
         // What cannot be switched off is undone in each frame.
