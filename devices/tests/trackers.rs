@@ -1,6 +1,7 @@
 //! NiTE's and Azure Kinect's bindings against libraries of our own that have the same functions and a known person: what
 //! is called in which order, how structures lie in memory, what comes out in which axes. Needs a C compiler.
 #![allow(unsafe_code, reason = "asks the C libraries what they were left with")]
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::path::Path;
 use std::process::Command;

@@ -84,7 +84,7 @@ fn standing(room: &Room) -> Vec<View> {
         let camera = camera(&device, told.as_ref());
         views.push(View {
             name: name.clone(),
-            room_from_sensor: pose.room_from_sensor.clone(),
+            room_from_sensor: pose.room_from_sensor,
             planned: false,
             view_deg: camera.view_deg,
             range_m: camera.range_m,
