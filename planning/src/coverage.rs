@@ -102,15 +102,18 @@ pub(crate) fn sees_whole(cone: &Cone, [x, y]: [f64; 2]) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use posefuse_skeleton::Room;
 
     use super::*;
-    use crate::{MODELS, look_at};
+    use crate::{MODELS, Model, look_at};
 
     pub(crate) fn view(name: &str, from: [f64; 3], target: [f64; 3]) -> View {
+        view_of(&MODELS[0], name, from, target)
+    }
+
+    pub(crate) fn view_of(model: &Model, name: &str, from: [f64; 3], target: [f64; 3]) -> View {
         let [from, target] = [from, target].map(|[x, y, z]| Position::<Room>::new(x, y, z));
-        let model = &MODELS[0];
         View {
             name: name.to_owned(),
             model: model.name.to_owned(),

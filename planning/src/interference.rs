@@ -146,24 +146,12 @@ fn advice(two: [&View; 2], severity: Severity, facing: bool) -> String {
 
 #[cfg(test)]
 mod tests {
-    use posefuse_skeleton::Room;
-
     use super::*;
-    use crate::{Model, look_at};
+    use crate::Model;
+    use crate::coverage::tests::view_of;
 
     fn view(model: &str, from: [f64; 3], target: [f64; 3]) -> View {
-        let model = Model::of(model).unwrap();
-        let [from, target] = [from, target].map(|[x, y, z]| Position::<Room>::new(x, y, z));
-        View {
-            name: model.name.to_owned(),
-            model: model.name.to_owned(),
-            planned: false,
-            room_from_sensor: look_at(from, target).unwrap(),
-            view_deg: model.view_deg,
-            range_m: model.range_m,
-            light: model.light,
-            assumed: false,
-        }
+        view_of(Model::of(model).unwrap(), model, from, target)
     }
 
     #[test]

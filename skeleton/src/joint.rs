@@ -97,6 +97,29 @@ pub const SIDE_PAIRS: [(Joint, Joint); 10] = {
     ]
 };
 
+/// The joints of the left and the right arm, from the shoulder out; tip and thumb both hang on the hand.
+pub const ARMS: [[Joint; 6]; 2] = {
+    use Joint::*;
+    [
+        [
+            ShoulderLeft,
+            ElbowLeft,
+            WristLeft,
+            HandLeft,
+            HandTipLeft,
+            ThumbLeft,
+        ],
+        [
+            ShoulderRight,
+            ElbowRight,
+            WristRight,
+            HandRight,
+            HandTipRight,
+            ThumbRight,
+        ],
+    ]
+};
+
 /// For each joint the one on the other side.
 const MIRRORED: [Joint; JOINT_COUNT] = {
     let mut table = Joint::ALL;

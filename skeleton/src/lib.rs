@@ -23,7 +23,7 @@ pub use comparison::{Comparison, View};
 pub use confidence::{Confidence, ConfidenceError};
 pub use depth::{DepthImage, Intrinsics};
 pub use frame::{Frame, Position, Room, Sensor, Transform};
-pub use joint::{BONES, Bone, JOINT_COUNT, Joint, SIDE_PAIRS};
+pub use joint::{ARMS, BONES, Bone, JOINT_COUNT, Joint, SIDE_PAIRS};
 pub use joint_set::{JointSet, Mapping, RawJoint, UnknownJointSet};
 pub use local_axes::{local_axes, local_axes_within, trunk_axes};
 pub use observation::{Body, Observation};

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use posefuse_simulator::depth::retargeted;
 use posefuse_simulator::load::{find, load};
 use posefuse_simulator::motion::{BodyShape, Cast, Clip, Performance, Situation};
-use posefuse_skeleton::{Joint, JointMap, Position, Room};
+use posefuse_skeleton::{ARMS, Joint, JointMap, Position, Room};
 
 use crate::chance::Chance;
 
@@ -20,28 +20,6 @@ type Pose = JointMap<Position<Room>>;
 const MADE: f64 = 0.3;
 const OTHER_ARMS: f64 = 0.25;
 const FREE_ARMS: f64 = 0.2;
-
-const ARMS: [[Joint; 6]; 2] = {
-    use Joint::*;
-    [
-        [
-            ShoulderLeft,
-            ElbowLeft,
-            WristLeft,
-            HandLeft,
-            HandTipLeft,
-            ThumbLeft,
-        ],
-        [
-            ShoulderRight,
-            ElbowRight,
-            WristRight,
-            HandRight,
-            HandTipRight,
-            ThumbRight,
-        ],
-    ]
-};
 
 /// Which part of the split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

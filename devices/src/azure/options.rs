@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
+
 /// The depth camera's mode: field of view and reach.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum DepthMode {
     /// 320 x 288, 75 x 65 degrees, 0.5 to 5.5 m.
     NarrowBinned,
@@ -34,7 +37,8 @@ impl DepthMode {
 }
 
 /// What the tracker's network runs on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Processing {
     /// What the library thinks best.
     #[default]

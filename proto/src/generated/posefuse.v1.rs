@@ -810,7 +810,7 @@ pub struct SensorStatus {
     /// From capture to the server, milliseconds, median of the last two seconds; absent until the clocks are mapped.
     #[prost(double, optional, tag = "8")]
     pub latency_ms: ::core::option::Option<f64>,
-    /// Agent clock minus server clock, and the bound of its error.
+    /// Server clock minus agent clock, and the bound of its error.
     #[prost(double, optional, tag = "9")]
     pub clock_offset_ms: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "10")]

@@ -4,7 +4,7 @@
 //! lengths; breadths and depths as in common anthropometric surveys), and grow with the person. Joints lie inside, where
 //! depth trackers report them. Front and back differ as people's do: face, breast and belly, toes; seat, heels, hair.
 
-use posefuse_skeleton::{Joint, JointMap, Position, Sensor};
+use posefuse_skeleton::{ARMS, Joint, JointMap, Position, Sensor};
 
 use super::build::Build;
 use super::canvas::HAIR;
@@ -258,25 +258,7 @@ impl Flesh<'_> {
 
     fn limbs(&mut self, hands_closed: [bool; 2]) {
         use Joint::*;
-        let arms = [
-            [
-                ShoulderLeft,
-                ElbowLeft,
-                WristLeft,
-                HandLeft,
-                HandTipLeft,
-                ThumbLeft,
-            ],
-            [
-                ShoulderRight,
-                ElbowRight,
-                WristRight,
-                HandRight,
-                HandTipRight,
-                ThumbRight,
-            ],
-        ];
-        for (arm, closed) in arms.into_iter().zip(hands_closed) {
+        for (arm, closed) in ARMS.into_iter().zip(hands_closed) {
             self.arm([arm[0], arm[1], arm[2]]);
             hand::add(self, [arm[2], arm[3], arm[4], arm[5]], closed);
         }

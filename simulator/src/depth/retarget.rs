@@ -5,7 +5,7 @@
 //! on bodies of any size.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use posefuse_skeleton::{Joint, JointMap, Position, Room};
+use posefuse_skeleton::{ARMS, Joint, JointMap, Position, Room};
 
 use crate::motion::BodyShape;
 
@@ -39,30 +39,7 @@ pub fn retargeted(
     )?;
     let neck = put(Neck, top + way(SpineShoulder, Neck)? * shape.neck);
     put(Head, neck + way(Neck, Head)? * shape.head);
-    for (side, [shoulder, elbow, wrist, hand, tip, thumb]) in [
-        (
-            1.0,
-            [
-                ShoulderLeft,
-                ElbowLeft,
-                WristLeft,
-                HandLeft,
-                HandTipLeft,
-                ThumbLeft,
-            ],
-        ),
-        (
-            -1.0,
-            [
-                ShoulderRight,
-                ElbowRight,
-                WristRight,
-                HandRight,
-                HandTipRight,
-                ThumbRight,
-            ],
-        ),
-    ] {
+    for (side, [shoulder, elbow, wrist, hand, tip, thumb]) in [1.0, -1.0].into_iter().zip(ARMS) {
         let rest = Vector3::new(0.0, side * shape.shoulder_half, -0.015 * shape.height);
         let at = put(
             shoulder,

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use posefuse_devices::azure::{
-    AzureBody, AzureError, AzureTracker, DepthMode, Options, Processing,
-};
+use posefuse_devices::azure::{AzureBody, AzureError, AzureTracker, Options};
+pub use posefuse_devices::azure::{DepthMode, Processing};
 use posefuse_skeleton::JointSet;
 use serde::{Deserialize, Serialize};
 
@@ -26,49 +25,9 @@ pub struct AzureConfig {
     /// The folder of both libraries; absent: K4A_LIBRARY_PATH and K4ABT_LIBRARY_PATH, then the system's.
     pub library: Option<PathBuf>,
     /// The depth camera's mode.
-    pub depth: AzureDepth,
+    pub depth: DepthMode,
     /// What the network runs on.
-    pub processing: AzureProcessing,
-}
-
-/// The depth camera's mode.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AzureDepth {
-    /// 640 x 576, 75 x 65 degrees, up to 3.9 m.
-    #[default]
-    Narrow,
-    /// 320 x 288, 75 x 65 degrees, up to 5.5 m.
-    NarrowBinned,
-    /// 512 x 512, 120 degrees, up to 2.9 m.
-    WideBinned,
-}
-
-/// What the network runs on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AzureProcessing {
-    /// What the library thinks best.
-    #[default]
-    Gpu,
-    /// No graphics card, some frames a second.
-    Cpu,
-    /// NVIDIA, by CUDA.
-    Cuda,
-    /// NVIDIA, by TensorRT.
-    TensorRt,
-    /// Windows, any graphics card.
-    DirectMl,
-}
-
-impl AzureDepth {
-    fn mode(self) -> DepthMode {
-        match self {
-            Self::Narrow => DepthMode::Narrow,
-            Self::NarrowBinned => DepthMode::NarrowBinned,
-            Self::WideBinned => DepthMode::WideBinned,
-        }
-    }
+    pub processing: Processing,
 }
 
 /// Opens it. A sensor that is not there is waited for.
@@ -88,7 +47,7 @@ impl Vendor for Azure {
     type Tracker = AzureTracker;
 
     fn description(&self) -> Description {
-        let (view_deg, range_m) = self.0.depth.mode().view();
+        let (view_deg, range_m) = self.0.depth.view();
         Description {
             model: "Azure Kinect Body Tracking".into(),
             joint_set: JointSet::AzureKinect,
@@ -104,14 +63,8 @@ impl Vendor for Azure {
         let options = Options {
             folder: self.0.library.clone(),
             device: self.0.device.clone(),
-            depth_mode: self.0.depth.mode(),
-            processing: match self.0.processing {
-                AzureProcessing::Gpu => Processing::Gpu,
-                AzureProcessing::Cpu => Processing::Cpu,
-                AzureProcessing::Cuda => Processing::Cuda,
-                AzureProcessing::TensorRt => Processing::TensorRt,
-                AzureProcessing::DirectMl => Processing::DirectMl,
-            },
+            depth_mode: self.0.depth,
+            processing: self.0.processing,
         };
         let tracker = AzureTracker::open(&options).map_err(|error| match error {
             AzureError::Missing { .. } | AzureError::NotIt { .. } => {

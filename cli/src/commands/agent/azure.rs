@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use posefuse_agent::source::AzureConfig;
-use posefuse_agent::source::azure::{AzureDepth, AzureProcessing};
+use posefuse_agent::source::azure::{DepthMode, Processing};
 
 /// Which device, and how people are tracked.
 #[derive(Debug, Args)]
@@ -57,16 +57,16 @@ impl AzureArgs {
             device: self.device.clone(),
             library: self.library.clone(),
             depth: match self.depth {
-                DepthArg::Narrow => AzureDepth::Narrow,
-                DepthArg::NarrowBinned => AzureDepth::NarrowBinned,
-                DepthArg::WideBinned => AzureDepth::WideBinned,
+                DepthArg::Narrow => DepthMode::Narrow,
+                DepthArg::NarrowBinned => DepthMode::NarrowBinned,
+                DepthArg::WideBinned => DepthMode::WideBinned,
             },
             processing: match self.processing {
-                ProcessingArg::Gpu => AzureProcessing::Gpu,
-                ProcessingArg::Cpu => AzureProcessing::Cpu,
-                ProcessingArg::Cuda => AzureProcessing::Cuda,
-                ProcessingArg::TensorRt => AzureProcessing::TensorRt,
-                ProcessingArg::DirectMl => AzureProcessing::DirectMl,
+                ProcessingArg::Gpu => Processing::Gpu,
+                ProcessingArg::Cpu => Processing::Cpu,
+                ProcessingArg::Cuda => Processing::Cuda,
+                ProcessingArg::TensorRt => Processing::TensorRt,
+                ProcessingArg::DirectMl => Processing::DirectMl,
             },
         }
     }

@@ -177,7 +177,7 @@ export type SensorStatus = Message<"posefuse.v1.SensorStatus"> & {
   latencyMs?: number | undefined;
 
   /**
-   * Agent clock minus server clock, and the bound of its error.
+   * Server clock minus agent clock, and the bound of its error.
    *
    * @generated from field: optional double clock_offset_ms = 9;
    */
