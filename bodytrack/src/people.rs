@@ -168,11 +168,16 @@ impl People {
         for later in (1..self.tracks.len()).rev() {
             let (before, after) = self.tracks.split_at_mut(later);
             let track = &mut after[0];
-            let same = before.iter().any(|other| {
+            let same = before.iter_mut().find(|other| {
                 other.seen_ns == track.seen_ns && (other.middle - track.middle).norm() < SAME_M
             });
-            track.same_images = if same { track.same_images + 1 } else { 0 };
-            if track.same_images >= SAME_IMAGES {
+            track.same_images = same.as_ref().map_or(0, |_| track.same_images + 1);
+            if let Some(other) = same.filter(|_| track.same_images >= SAME_IMAGES) {
+                // Whoever has had a number for longest keeps it.
+                let newer = |id: u64| id.wrapping_sub(1);
+                if newer(track.id) < newer(other.id) {
+                    std::mem::swap(track, other);
+                }
                 self.tracks.remove(later);
             }
         }
@@ -217,20 +222,25 @@ impl People {
 
     /// Begins to follow what may be a person.
     pub(crate) fn begin(&mut self, group: &Group, level: &Level, most: usize, at_ns: i64) {
-        let sure = self.tracks.iter().filter(|track| track.id > 0).count();
-        if sure < most && self.tracks.len() < MOST_THINGS {
+        if self.named() < most && self.tracks.len() < MOST_THINGS {
             self.tracks.push(Track::new(group, level, at_ns));
         }
     }
 
-    /// Gives ids to those who are sure to be people.
-    pub(crate) fn name(&mut self) {
+    /// Gives ids to those who are sure to be people, until `most` have one.
+    pub(crate) fn name(&mut self, most: usize) {
+        let mut named = self.named();
         for track in &mut self.tracks {
-            if track.id == 0 && track.is_person() {
+            if named < most && track.id == 0 && track.is_person() {
+                named += 1;
                 self.last_id += 1;
                 track.id = self.last_id;
             }
         }
+    }
+
+    fn named(&self) -> usize {
+        self.tracks.iter().filter(|track| track.id > 0).count()
     }
 
     /// Forgets everybody; ids go on.

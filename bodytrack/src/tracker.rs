@@ -270,7 +270,7 @@ impl BodyTracker {
             track.see(torso(&estimate), Some(estimate.joints), at_ns);
             settled.push((number, estimate));
         }
-        self.people.name();
+        self.people.name(self.config.people);
         self.told.clear();
         self.told.push(0);
         let ids = self.people.tracks.iter().map(|track| track.id);

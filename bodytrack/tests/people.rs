@@ -15,7 +15,10 @@ use posefuse_skeleton::{
 const RATE_HZ: f64 = 15.0;
 
 fn tracker(camera: &DepthCamera) -> BodyTracker {
-    let mut config = TrackerConfig::default();
+    tracker_of(camera, TrackerConfig::default())
+}
+
+fn tracker_of(camera: &DepthCamera, mut config: TrackerConfig) -> BodyTracker {
     // The one that is always there and always gives the same.
     config.models.backend = BackendChoice::Rten;
     BodyTracker::new(config, camera.intrinsics).unwrap()
@@ -128,6 +131,28 @@ fn two_people_who_are_there_from_the_first_image_are_told_apart_and_never_absorb
         }
     }
     assert_eq!(last.len(), 2, "{last:?}");
+}
+
+#[test]
+fn no_more_people_are_followed_than_are_wanted() {
+    let config = TrackerConfig {
+        people: 1,
+        ..TrackerConfig::default()
+    };
+    let mut tracker = tracker_of(&camera(), config);
+    let mut found = 0;
+    for image in 0..40 {
+        let seconds = image as f64 / RATE_HZ;
+        let people = vec![
+            somebody(1, seconds, [2.4, -0.6], 3.0),
+            somebody(2, seconds, [2.6, 0.6], 2.6),
+        ];
+        let seen = view(people, Vec::new(), image);
+        let bodies = tracker.track(&seen.image, at_ns(image)).unwrap();
+        assert!(bodies.len() <= 1, "image {image}: {bodies:?}");
+        found += bodies.len();
+    }
+    assert!(found > 5, "{found}");
 }
 
 #[test]

@@ -36,7 +36,10 @@ impl Shaping<'_> {
         {
             let rest = self.offsets[bones.upper];
             let drop = rest.z.atan2(rest.y.abs());
-            let (forwards, up) = (line.x.atan2(out * line.y), line.z.asin() - drop);
+            let (forwards, up) = (
+                line.x.atan2(out * line.y),
+                line.z.clamp(-1.0, 1.0).asin() - drop,
+            );
             self.posture.angles[bones.clavicle][..2].copy_from_slice(&[forwards, up]);
         }
         self.settle(bones.clavicle);
@@ -109,7 +112,10 @@ impl Shaping<'_> {
         };
         self.settle(bones.lower);
         if let Some(line) = self.line_in(bones.lower, wrist, hand) {
-            let (down, to_thumb) = ((-line.z).atan2(out * line.y), line.x.asin());
+            let (down, to_thumb) = (
+                (-line.z).atan2(out * line.y),
+                line.x.clamp(-1.0, 1.0).asin(),
+            );
             self.posture.angles[bones.hand][..2].copy_from_slice(&[down, to_thumb]);
         }
         self.settle(bones.hand);

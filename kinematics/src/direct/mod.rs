@@ -149,7 +149,10 @@ impl Shaping<'_> {
         ];
         for (bone, from, to, lean) in lines {
             if let Some(line) = self.line_in(BONES[bone].parent, from, to) {
-                let (forwards, sideways) = (line.x.atan2(line.z) - lean, (-line.y).asin());
+                let (forwards, sideways) = (
+                    line.x.atan2(line.z) - lean,
+                    (-line.y).clamp(-1.0, 1.0).asin(),
+                );
                 self.posture.angles[bone][..2].copy_from_slice(&[forwards, sideways]);
             }
             self.settle(bone);

@@ -9,6 +9,7 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 use super::canvas::{Canvas, HAIR};
+use crate::random::scrambled;
 
 /// A depth sensor's errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -124,7 +125,7 @@ impl<'a> Measuring<'a> {
         Self {
             canvas,
             hair_holes,
-            seed: mixed(seed),
+            seed: scrambled(seed),
             along: noise.along as f32,
             across: noise.across_px as f32 * wide,
             holes: noise.holes as f32,
@@ -215,7 +216,8 @@ impl<'a> Measuring<'a> {
         let tag = self.canvas.tags[at];
         if tag & HAIR != 0 {
             // In tufts that stay where they are, not pixel by pixel.
-            let tuft = mixed(u64::from(tag) << 40 ^ ((uv.1 / 3) as u64) << 20 ^ (uv.0 / 3) as u64);
+            let tuft =
+                scrambled(u64::from(tag) << 40 ^ ((uv.1 / 3) as u64) << 20 ^ (uv.0 / 3) as u64);
             let share = self.hair_holes.get(usize::from(tag & !HAIR)).copied();
             let share = share.unwrap_or(0.0);
             let thin = if unit(tuft as u32) < share {
@@ -246,14 +248,6 @@ fn spread(z: f32, squared_tangent: f32) -> f32 {
 
 fn shifted(at: usize, by: f32, count: usize) -> usize {
     ((at as f32 + by + 0.5).max(0.0) as usize).min(count - 1)
-}
-
-/// SplitMix64's finaliser.
-fn mixed(value: u64) -> u64 {
-    let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 fn unit(random: u32) -> f32 {
@@ -288,7 +282,7 @@ impl Luck {
         let start = |stream: usize| {
             // Blocks that have noise in common are two rows high.
             let row = if stream == COMMON { row / 2 } else { row };
-            mixed(seed ^ (stream as u64) << 40 ^ row as u64) as usize
+            scrambled(seed ^ (stream as u64) << 40 ^ row as u64) as usize
         };
         Self {
             starts: std::array::from_fn(start),
@@ -307,7 +301,7 @@ impl Luck {
 
 impl Tables {
     fn new() -> Self {
-        let random = |index: usize, salt: u64| mixed(salt << 32 | index as u64);
+        let random = |index: usize, salt: u64| scrambled(salt << 32 | index as u64);
         // Twelve uniform numbers less their mean have spread 1.
         let normal = |index: usize| {
             let parts = (0..12).map(|part| unit(random(index, 1 + part) as u32));
