@@ -182,13 +182,14 @@ impl Slot {
         skipped: Arc<AtomicU64>,
     ) -> Result<Arc<Self>, SourceError> {
         let slot = Arc::new(Self::default());
-        let into = slot.clone();
+        let into = Reading(slot.clone());
         let body = move || {
+            let slot = &into.0;
             loop {
                 let next = source.next_frame();
                 let camera = source.intrinsics();
                 let pause = matches!(next, Err(SourceError::Trouble(_)));
-                if into.put(next, camera, &skipped) {
+                if slot.put(next, camera, &skipped) {
                     return;
                 }
                 if pause {
@@ -249,6 +250,18 @@ impl Slot {
 
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The thread that fills a slot: however it ends, nobody waits for more.
+struct Reading(Arc<Slot>);
+
+impl Drop for Reading {
+    fn drop(&mut self) {
+        let why = "the depth reader failed; start the agent again";
+        let mut state = self.0.lock();
+        state.end.get_or_insert_with(|| Err(why.into()));
+        self.0.changed.notify_one();
     }
 }
 

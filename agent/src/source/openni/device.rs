@@ -83,6 +83,8 @@ impl DeviceSource {
 
     /// Opens the device and starts it.
     fn take_up(&mut self) -> Result<(), SourceError> {
+        // News from before say nothing about a device that is opened after them.
+        while self.openni.next_event(Duration::ZERO).is_some() {}
         let device = self.find().map_err(|error| self.explained(&error))?;
         let stream = device
             .depth(self.mode)
@@ -163,29 +165,8 @@ impl DeviceSource {
         }))
     }
 
-    /// An error with what can be done about it.
     fn explained(&self, error: &OpenNiError) -> SourceError {
-        if matches!(
-            error,
-            OpenNiError::NoMode { .. } | OpenNiError::NoDepth { .. }
-        ) {
-            return SourceError::Final(error.to_string());
-        }
-        let sensors = usb::sensors();
-        let ids = self.known.as_ref().map_or([0; 2], |known| known.info.usb);
-        let advice = match error {
-            OpenNiError::NoDevice { .. } if self.known.is_some() => "plug it in again".to_owned(),
-            OpenNiError::NoDevice { present, .. } if present.is_empty() => {
-                usb::advice_without_device(&sensors)
-            }
-            OpenNiError::NoDevice { .. } => "name one of them with --device".to_owned(),
-            _ => {
-                let trouble = || sensors.iter().find_map(usb::UsbSensor::trouble);
-                let advice = usb::advice(ids, &sensors).or_else(trouble);
-                advice.unwrap_or_else(|| "another program may be using it: end that one".to_owned())
-            }
-        };
-        SourceError::Trouble(format!("{error}; {advice}"))
+        explained(error, self.known.as_ref())
     }
 
     /// Waits for news of devices, then tries again.
@@ -300,6 +281,32 @@ impl Open {
     }
 }
 
+/// An error with what can be done about it. What the device does not offer is final unless it has offered it before: a
+/// device that is just coming up may not say all yet.
+fn explained(error: &OpenNiError, known: Option<&Known>) -> SourceError {
+    let sensors = usb::sensors();
+    let ids = known.map_or([0; 2], |known| known.info.usb);
+    let advice = match (error, known) {
+        (OpenNiError::NoMode { .. } | OpenNiError::NoDepth { .. }, None) => {
+            return SourceError::Final(error.to_string());
+        }
+        (
+            OpenNiError::NoMode { .. } | OpenNiError::NoDepth { .. } | OpenNiError::NoDevice { .. },
+            Some(_),
+        ) => "plug it in again".to_owned(),
+        (OpenNiError::NoDevice { present, .. }, None) if present.is_empty() => {
+            usb::advice_without_device(&sensors)
+        }
+        (OpenNiError::NoDevice { .. }, None) => "name one of them with --device".to_owned(),
+        _ => {
+            let trouble = || sensors.iter().find_map(usb::UsbSensor::trouble);
+            let advice = usb::advice(ids, &sensors).or_else(trouble);
+            advice.unwrap_or_else(|| "another program may be using it: end that one".to_owned())
+        }
+    };
+    SourceError::Trouble(format!("{error}; {advice}"))
+}
+
 /// What a user calls it.
 fn name(info: &DeviceInfo) -> String {
     let known = usb::model(info.usb).map(str::to_owned);
@@ -307,4 +314,34 @@ fn name(info: &DeviceInfo) -> String {
         true => info.name.clone(),
         false => format!("{} {}", info.vendor, info.name),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mode_that_is_not_offered_is_final_only_of_a_device_that_never_offered_it() {
+        let uri = "1d27/0601@1/5".to_owned();
+        let known = Known {
+            info: DeviceInfo {
+                uri: uri.clone(),
+                vendor: "PrimeSense".into(),
+                name: "PS1080".into(),
+                usb: [0x1d27, 0x0601],
+            },
+            serial: None,
+        };
+        let depth = OpenNiError::NoDepth { uri: uri.clone() };
+        let mode = OpenNiError::NoMode {
+            uri,
+            wanted: "320x240@60".into(),
+            offered: Vec::new(),
+        };
+        for error in [depth, mode] {
+            assert!(matches!(explained(&error, None), SourceError::Final(_)));
+            let again = explained(&error, Some(&known));
+            assert!(matches!(again, SourceError::Trouble(why) if why.contains("plug it in again")));
+        }
+    }
 }

@@ -25,6 +25,8 @@ pub(super) struct Gather {
     began_ns: Option<i64>,
     tag: Option<u64>,
     last_ns: i64,
+    /// The latest frame ended before the sender said so: when it does, that frame is meant.
+    untold: bool,
     /// Whether the latest frame had people in it.
     people: bool,
     ready: VecDeque<SourceFrame>,
@@ -42,6 +44,7 @@ impl Gather {
             began_ns: None,
             tag: None,
             last_ns: 0,
+            untold: false,
             people: false,
             ready: VecDeque::new(),
             surplus: 0,
@@ -50,20 +53,25 @@ impl Gather {
 
     /// Takes in what a message says that came at `now_ns` in a bundle with this time tag.
     pub(super) fn hear(&mut self, said: Said, tag: Option<u64>, now_ns: i64) {
-        let again = match &said {
+        let of_the_next = match &said {
             Said::Joint(person, joint, _) => {
                 let body = self.bodies.get(person);
-                body.is_some_and(|body| body[*joint].is_some())
+                tag != self.tag || body.is_some_and(|body| body[*joint].is_some())
             }
-            Said::EndOfFrame | Said::Lost(_) => false,
+            // Told outside of the bundles, it is about the frame that is open.
+            Said::Lost(_) => tag.is_some() && tag != self.tag,
+            Said::EndOfFrame => false,
         };
-        if self.began_ns.is_some() && (again || tag != self.tag) {
+        if self.began_ns.is_some() && of_the_next {
             self.end();
+            self.untold = true;
         }
         match said {
             Said::EndOfFrame => {
-                self.began_ns.get_or_insert(now_ns);
-                self.end();
+                if !std::mem::take(&mut self.untold) {
+                    self.began_ns.get_or_insert(now_ns);
+                    self.end();
+                }
             }
             Said::Lost(person) => {
                 self.bodies.remove(&person);
@@ -75,6 +83,7 @@ impl Gather {
                     return;
                 }
                 self.began_ns.get_or_insert(now_ns);
+                self.untold = false;
                 self.tag = tag;
                 let missing = || vec![None; self.joint_count];
                 let body = self.bodies.entry(person).or_insert_with(missing);
@@ -89,6 +98,7 @@ impl Gather {
         let silent_ns = now_ns.saturating_sub(self.last_ns);
         if self.began_ns.is_some() && silent_ns >= self.gap_ns {
             self.end();
+            self.untold = true;
         } else if self.people && self.began_ns.is_none() && silent_ns >= NOBODY_NS {
             self.began_ns = Some(now_ns);
             self.end();
@@ -110,6 +120,7 @@ impl Gather {
         self.bodies.clear();
         self.ready.clear();
         self.began_ns = None;
+        self.untold = false;
     }
 
     fn end(&mut self) {

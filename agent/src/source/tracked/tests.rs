@@ -99,3 +99,30 @@ fn trouble_passes_and_an_image_of_another_size_is_trouble_too() {
     assert_eq!(captured(&mut tracked), None);
     feeder.join().unwrap();
 }
+
+/// A source with a fault in it.
+struct Faulty;
+
+impl DepthSource for Faulty {
+    fn model(&self) -> String {
+        "faulty".into()
+    }
+    fn intrinsics(&self) -> Intrinsics {
+        Intrinsics::from_view(160, 120, 1.0, 0.75)
+    }
+    fn next_frame(&mut self) -> Result<Option<DepthFrame>, SourceError> {
+        panic!("a fault of the source")
+    }
+}
+
+#[test]
+fn a_reader_that_panics_ends_the_sensor_and_does_not_silence_it() {
+    let mut tracked = Tracked::new(Box::new(Faulty), TrackerConfig::default()).unwrap();
+    for _ in 0..2 {
+        let end = tracked.next_frame().unwrap_err();
+        assert!(
+            matches!(&end, SourceError::Final(why) if why.contains("the depth reader failed")),
+            "{end}"
+        );
+    }
+}
