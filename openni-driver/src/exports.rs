@@ -32,6 +32,15 @@ fn with_driver<T>(ask: impl FnOnce(&Driver) -> Option<T>) -> Option<T> {
     ask(driver.as_ref()?)
 }
 
+/// The old driver ends with the lock released: its watcher may be telling OpenNI2 news, which may ask us something.
+fn swap_driver(new: Option<Driver>) {
+    let old = std::mem::replace(
+        &mut *DRIVER.lock().unwrap_or_else(PoisonError::into_inner),
+        new,
+    );
+    drop(old);
+}
+
 /// # Safety
 /// `text` is null or ends with zero.
 unsafe fn text<'a>(text: *const c_char) -> Option<&'a str> {
@@ -63,7 +72,7 @@ unsafe fn give(value: Option<Vec<u8>>, data: *mut c_void, size: *mut c_int) -> O
     let Some(size) = (unsafe { size.as_mut() }) else {
         return STATUS_BAD_PARAMETER;
     };
-    if data.is_null() || usize::try_from(*size).is_ok_and(|room| room < value.len()) {
+    if data.is_null() || usize::try_from(*size).map_or(true, |room| room < value.len()) {
         return STATUS_BAD_PARAMETER;
     }
     // SAFETY: there is room for as many bytes, as was looked at above.
@@ -124,7 +133,7 @@ exported! {
 
     /// Ends the driver; its devices are closed by then.
     fn oniDriverDestroy() {
-        *DRIVER.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        swap_driver(None);
     }
 
     /// Starts it and tells of the devices that are there.
@@ -140,7 +149,7 @@ exported! {
         let cookie = Theirs(cookie);
         match Driver::start(DeviceNews { connected, disconnected, cookie }) {
             Ok(driver) => {
-                *DRIVER.lock().unwrap_or_else(PoisonError::into_inner) = Some(driver);
+                swap_driver(Some(driver));
                 STATUS_OK
             }
             Err(error) => {
@@ -369,3 +378,6 @@ exported! {
         STATUS_NOT_SUPPORTED
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use posefuse_simulator::depth::DepthCamera;
@@ -33,18 +33,19 @@ pub(crate) fn moment(start: Instant, number: u32) -> Instant {
     start + Duration::from_nanos(u64::from(number) * 1_000_000_000 / u64::from(FPS))
 }
 
-/// Draws from `start` on until nobody takes the frames any more.
+/// Draws from `start` on until the receiver is dropped; the thread's code is the driver's, so it is to be joined before that
+/// is unloaded.
 pub(crate) fn draw(
     sensor: Arc<VirtualSensor>,
     camera: DepthCamera,
     start: Instant,
-) -> std::io::Result<Receiver<Drawn>> {
+) -> std::io::Result<(Receiver<Drawn>, JoinHandle<()>)> {
     let (sender, receiver) = sync_channel(AHEAD);
     let name = format!("virtual-draw-{}", sensor.index);
-    thread::Builder::new()
+    let thread = thread::Builder::new()
         .name(name.chars().take(15).collect())
         .spawn(move || run(&sensor, &camera, start, &sender))?;
-    Ok(receiver)
+    Ok((receiver, thread))
 }
 
 fn run(sensor: &VirtualSensor, camera: &DepthCamera, start: Instant, frames: &SyncSender<Drawn>) {

@@ -68,7 +68,8 @@ struct Settings {
 #[derive(Debug)]
 struct Running {
     stop: Arc<Stop>,
-    thread: JoinHandle<()>,
+    flow: JoinHandle<()>,
+    drawing: JoinHandle<()>,
 }
 
 #[derive(Debug, Default)]
@@ -260,27 +261,36 @@ impl VirtualStream {
             stop: Arc::default(),
         };
         let (stop, start) = (flow.stop.clone(), Instant::now());
-        let frames = render::draw(self.sensor.clone(), camera(&settings.mode), start);
-        let name = format!("virtual-{}", self.sensor.index);
-        let spawn = |frames| {
-            thread::Builder::new()
-                .name(name)
-                .spawn(move || flow.run(&frames))
+        let drawn = render::draw(self.sensor.clone(), camera(&settings.mode), start);
+        let Ok((frames, drawing)) = drawn else {
+            return STATUS_ERROR;
         };
-        match frames.and_then(spawn) {
-            Ok(thread) => {
-                *running = Some(Running { stop, thread });
+        let flow = thread::Builder::new()
+            .name(format!("virtual-{}", self.sensor.index))
+            .spawn(move || flow.run(&frames));
+        match flow {
+            Ok(flow) => {
+                *running = Some(Running {
+                    stop,
+                    flow,
+                    drawing,
+                });
                 STATUS_OK
             }
-            Err(_) => STATUS_ERROR,
+            Err(_) => {
+                // Its frames' receiver went with the thread that could not be started.
+                let _ = drawing.join();
+                STATUS_ERROR
+            }
         }
     }
 
     pub(crate) fn stop(&self) {
         if let Some(running) = locked(&self.running).take() {
             running.stop.ask();
-            // A thread that panicked has no more frames: it is stopped, too.
-            let _ = running.thread.join();
+            // A thread that panicked has no more frames: it is stopped, too. The first one's end ends the other.
+            let _ = running.flow.join();
+            let _ = running.drawing.join();
         }
     }
 }
