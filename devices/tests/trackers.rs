@@ -86,25 +86,59 @@ fn nite_gives_optical_metres_and_is_put_away_properly() {
         assert!(first.users.is_empty(), "new, and not yet tracked");
         assert_eq!((first.timestamp_us, first.index), (1_033_333, 1));
         let second = tracker.read().unwrap();
-        let user = &second.users[0];
+        assert!(second.users.is_empty(), "refused, and asked for again");
+        let third = tracker.read().unwrap();
+        let user = &third.users[0];
         assert_eq!(user.id, 7);
         assert_eq!(place(&user.joints[0]), Some(([x, -0.5, 2.5], 1.0)));
         let foot = user.joints[13];
         let offset = if mirrored { -0.013 } else { 0.013 };
         assert_eq!(place(&foot), Some(([x + offset, -0.37, 2.513], 0.5)));
         assert_eq!(user.joints[14], None, "confidence 0 is no place");
-        assert_eq!(tracker.read().unwrap().users.len(), 1);
+        assert_eq!(asked::<i32>(&library, "fake_asked"), 2);
         assert!(tracker.read().unwrap().users.is_empty(), "lost");
         let error = tracker.read().unwrap_err().to_string();
         assert!(error.contains("pulled out"), "{error}");
         assert_eq!(
             asked::<i32>(&library, "fake_open"),
-            110,
+            1110,
             "every frame was given back"
         );
         drop(tracker);
         assert_eq!(asked::<i32>(&library, "fake_open"), 0);
     }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_nite_that_gives_no_frame_is_not_waited_for_for_ever() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = folder.path().join("libNiTE2.so");
+    if !compiled("nite.c", &library, &["-DFAKE_MINOR=2"]) {
+        return;
+    }
+    std::fs::create_dir(folder.path().join("NiTE2")).unwrap();
+    std::fs::write(folder.path().join("NiTE2/s.dat"), "x").unwrap();
+    let options = NiteOptions {
+        library: Some(library.clone()),
+        ..NiteOptions::default()
+    };
+    let mut tracker = NiteTracker::open(&options).unwrap();
+    let (moment, long) = (Duration::from_millis(20), Duration::from_secs(20));
+    assert_eq!(tracker.read_within(moment).unwrap(), None);
+    let told = std::thread::scope(|scope| {
+        let told = scope.spawn(|| {
+            std::thread::sleep(moment);
+            asked::<i32>(&library, "fake_ready")
+        });
+        assert_eq!(tracker.read_within(long).unwrap().unwrap().index, 1);
+        told.join().unwrap()
+    });
+    assert_eq!(told, 1, "registered");
+    assert_eq!(tracker.read_within(moment).unwrap(), None, "told of once");
+    drop(tracker);
+    assert_eq!(asked::<i32>(&library, "fake_ready"), 0, "unregistered");
+    assert_eq!(asked::<i32>(&library, "fake_open"), 0);
 }
 
 #[test]
@@ -151,6 +185,7 @@ fn azure_gives_optical_metres_and_levels_as_confidence_and_is_put_away_properly(
     assert_eq!(tracker.serial(), "000123456712");
     assert_eq!(asked::<f32>(&tracking, "fake_smoothing"), 0.0);
     let moment = Duration::from_millis(10);
+    assert_eq!(asked::<i32>(&sensor, "fake_arrive"), 1);
     let frame = tracker.read(moment).unwrap().unwrap();
     assert_eq!(frame.timestamp_us, 5_000_033_333);
     let [body] = frame.bodies.as_slice() else {
@@ -166,12 +201,46 @@ fn azure_gives_optical_metres_and_levels_as_confidence_and_is_put_away_properly(
     assert_eq!(body.orientations[0], [0.0; 4]);
     assert_eq!(body.orientations[1], [0.0, 0.6, 0.0, 0.8], "x y z w");
     assert_eq!(tracker.read(moment).unwrap(), None, "nothing in time");
+    asked::<i32>(&sensor, "fake_arrive");
     assert!(tracker.read(moment).unwrap().is_some());
+    assert_eq!(asked::<i32>(&sensor, "fake_open"), 110, "all given back");
+    asked::<i32>(&sensor, "fake_pull");
     let error = tracker.read(moment).unwrap_err().to_string();
     assert!(error.contains("pulled out"), "{error}");
     drop(tracker);
     assert_eq!(asked::<i32>(&sensor, "fake_open"), 0);
     assert_eq!(asked::<i32>(&tracking, "fake_open"), 0);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_azure_tracker_slower_than_its_sensor_does_not_fall_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let sensor = folder.path().join("libk4a.so.1.4");
+    let tracking = folder.path().join("libk4abt.so.1.1");
+    if !compiled("azure.c", &sensor, &["-DSENSOR"]) || !compiled("azure.c", &tracking, &[]) {
+        return;
+    }
+    let mut tracker = AzureTracker::open(&AzureOptions {
+        folder: Some(folder.path().to_owned()),
+        ..AzureOptions::default()
+    })
+    .unwrap();
+    // A result takes as long as three depth images.
+    asked::<i32>(&tracking, "fake_slow");
+    let mut numbers = Vec::new();
+    for _ in 0..30 {
+        let newest = asked::<i32>(&sensor, "fake_arrive");
+        if let Some(frame) = tracker.read(Duration::from_secs(1)).unwrap() {
+            let number = (frame.timestamp_us - 5_000_000_000) / 33_333;
+            numbers.push((newest, number));
+        }
+    }
+    let expected = (1..=10).map(|turn| (3 * turn, 3 * turn as u64 - 2));
+    assert_eq!(numbers, expected.collect::<Vec<_>>(), "newest, given");
+    assert_eq!(asked::<i32>(&sensor, "fake_open"), 110, "all given back");
+    drop(tracker);
+    assert_eq!(asked::<i32>(&sensor, "fake_open"), 0);
 }
 
 #[test]

@@ -4,8 +4,7 @@
 //! Its axes are the depth camera's optical ones: x right, y down, z forward; millimetres become metres here. Confidence is
 //! a level: none (out of range) is a missing joint, low (hidden, predicted) 0.5, medium 0.9, high 1.
 //!
-//! Written from the published interface and tried on libraries of our own with the same functions; it has not met the
-//! real ones.
+//! Not verified with the real libraries.
 #![allow(unsafe_code, reason = "calls the C functions of k4a and k4abt")]
 
 mod c;
@@ -13,7 +12,7 @@ mod error;
 mod options;
 
 use std::ptr;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use posefuse_skeleton::{Confidence, Position, RawJoint};
 
@@ -65,6 +64,9 @@ pub struct AzureTracker {
     device: Handle,
     tracker: Handle,
     serial: String,
+    /// The tracker has a depth image whose result was not taken yet. It is given one at a time: it would queue more, and
+    /// what it cannot keep up with would come out ever later.
+    in_flight: bool,
 }
 
 // SAFETY: used by one thread at a time, for reading takes it mutably; the handles are bound to no thread.
@@ -95,6 +97,7 @@ impl AzureTracker {
             device,
             tracker: ptr::null_mut(),
             serial,
+            in_flight: false,
         };
         this.start(options)?;
         Ok(this)
@@ -152,37 +155,36 @@ impl AzureTracker {
         Ok(())
     }
 
-    /// The next frame that is tracked, or `None` where there was none within `timeout`. An error means that the device is
-    /// gone: open it again.
+    /// The next frame that is tracked, or `None` where there was none within `timeout`. A tracker slower than the device
+    /// gets the newest depth image each time; those between are left out. An error means that the device is gone: open it
+    /// again.
     pub fn read(&mut self, timeout: Duration) -> Result<Option<AzureFrame>, AzureError> {
-        let wait_ms = i32::try_from(timeout.as_millis()).unwrap_or(i32::MAX);
-        let mut capture: Handle = ptr::null_mut();
-        // SAFETY: device and tracker live as long as `self`; the capture is released, the tracker keeps its own count.
-        let queued = unsafe {
-            match (self.sensor.capture)(self.device, &mut capture, wait_ms) {
-                0 => {}
-                TIMEOUT => return Ok(None),
-                _ => {
-                    return Err(call(
-                        "give a depth image",
-                        "has the sensor been pulled out?",
-                    ));
-                }
-            }
-            let queued = (self.tracking.enqueue)(self.tracker, capture, wait_ms);
-            (self.sensor.release)(capture);
-            queued
+        let begun = Instant::now();
+        let left_ms = || {
+            let left = timeout.saturating_sub(begun.elapsed());
+            i32::try_from(left.as_millis()).unwrap_or(i32::MAX)
         };
         let failed = || call("track people", "is the graphics card busy or gone?");
-        match queued {
-            0 => {}
-            TIMEOUT => return Ok(None),
-            _ => return Err(failed()),
+        if !self.in_flight {
+            let Some(capture) = self.newest(left_ms())? else {
+                return Ok(None);
+            };
+            // SAFETY: the tracker lives as long as `self`; the capture is released once, the tracker keeps its own count.
+            let queued = unsafe {
+                let queued = (self.tracking.enqueue)(self.tracker, capture, left_ms());
+                (self.sensor.release)(capture);
+                queued
+            };
+            match queued {
+                0 => self.in_flight = true,
+                TIMEOUT => return Ok(None),
+                _ => return Err(failed()),
+            }
         }
         let mut frame: Handle = ptr::null_mut();
         // SAFETY: as above; the frame is released below.
-        match unsafe { (self.tracking.pop)(self.tracker, &mut frame, wait_ms) } {
-            0 => {}
+        match unsafe { (self.tracking.pop)(self.tracker, &mut frame, left_ms()) } {
+            0 => self.in_flight = false,
             TIMEOUT => return Ok(None),
             _ => return Err(failed()),
         }
@@ -196,6 +198,32 @@ impl AzureTracker {
             };
             (self.tracking.release)(frame);
             Ok(Some(read))
+        }
+    }
+
+    /// The newest depth image, which the caller releases; older ones that wait are passed over. `None`: there was none
+    /// within `wait_ms`.
+    fn newest(&self, wait_ms: i32) -> Result<Option<Handle>, AzureError> {
+        let (mut newest, mut wait_ms) = (None, wait_ms);
+        loop {
+            let mut capture: Handle = ptr::null_mut();
+            // SAFETY: the device lives as long as `self`; the handle is filled in.
+            let status = unsafe { (self.sensor.capture)(self.device, &mut capture, wait_ms) };
+            if status == TIMEOUT {
+                return Ok(newest);
+            }
+            if let Some(older) = newest.take() {
+                // SAFETY: given by `capture`, released once, not used any more.
+                unsafe { (self.sensor.release)(older) };
+            }
+            if status != 0 {
+                return Err(call(
+                    "give a depth image",
+                    "has the sensor been pulled out?",
+                ));
+            }
+            newest = Some(capture);
+            wait_ms = 0;
         }
     }
 

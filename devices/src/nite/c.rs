@@ -15,6 +15,8 @@ pub(super) type Tracker = *mut c_void;
 
 /// How many joints a skeleton has, in the order of the joint set `nite`.
 pub(super) const JOINTS: usize = 15;
+/// `NITE_SKELETON_NONE`: nobody asked for it, or NiTE gave it up.
+pub(super) const SKELETON_NONE: c_int = 0;
 /// `NITE_SKELETON_TRACKED`.
 pub(super) const SKELETON_TRACKED: c_int = 2;
 /// Bits of a user's state.
@@ -67,6 +69,13 @@ pub(super) struct Frame {
     pub(super) floor: [[c_float; 3]; 2],
 }
 
+/// `NiteUserTrackerCallbacks`.
+#[repr(C)]
+pub(super) struct Callbacks {
+    /// An `OniGeneralCallback`: called with the cookie when there is a frame.
+    pub(super) ready: Option<extern "system" fn(*mut c_void)>,
+}
+
 functions! {
     "NiteCAPI.h";
     initialize = "niteInitialize": () -> Status;
@@ -77,6 +86,8 @@ functions! {
     destroy = "niteShutdownUserTracker": (Tracker) -> Status;
     start_skeleton = "niteStartSkeletonTracking": (Tracker, c_short) -> Status;
     set_smoothing = "niteSetSkeletonSmoothing": (Tracker, c_float) -> Status;
+    register = "niteRegisterUserTrackerCallbacks": (Tracker, *mut Callbacks, *mut c_void) -> Status;
+    unregister = "niteUnregisterUserTrackerCallbacks": (Tracker, *mut Callbacks);
     read = "niteReadUserTrackerFrame": (Tracker, *mut *mut Frame) -> Status;
     release = "niteUserTrackerFrameRelease": (Tracker, *mut Frame) -> Status;
 }

@@ -4,28 +4,29 @@
 //! mirrored unless somebody changed that (PrimeSense's driver mirrors by default), so that x points to the sensor's
 //! left; [`Options::mirrored`] says which it is. What leaves here is optical: x right, y down, z forward, metres.
 //!
-//! Written from the published interface and tried on a library of our own with the same functions; it has not met NiTE
-//! itself, which is no longer given out.
+//! Not verified with NiTE itself, which is no longer given out.
 #![allow(unsafe_code, reason = "calls NiTE's C functions")]
 
 mod c;
+mod error;
+mod ready;
 
 use std::ffi::c_void;
 use std::path::{Path, PathBuf};
 use std::ptr;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use posefuse_skeleton::{Confidence, Position, RawJoint};
-use thiserror::Error;
 
-use self::c::{Api, JOINTS, SKELETON_TRACKED, Tracker, USER_LOST, USER_NEW, USER_VISIBLE};
+use self::c::{
+    Api, JOINTS, SKELETON_NONE, SKELETON_TRACKED, Tracker, USER_LOST, USER_NEW, USER_VISIBLE,
+};
+use self::ready::Ready;
 use crate::find;
 use crate::openni::OpenNi;
 
-/// How one gets NiTE, for messages.
-pub const HOW_TO_INSTALL: &str = "NiTE 2.2 came with PrimeSense's sensors and is not given out any more; if you have it, \
-    name the folder of libNiTE2.so (NiTE2.dll), where the folder NiTE2 with its data must lie too, in NITE2_REDIST64 or \
-    with --library. Without it, `posefuse agent openni` tracks people with our own tracker";
+pub use error::{HOW_TO_INSTALL, NiteError};
 
 /// Names of the library.
 #[cfg(target_os = "windows")]
@@ -37,38 +38,6 @@ const NAMES: [&str; 1] = ["libNiTE2.so"];
 
 /// Variables that name the folder in which the library lies; NiTE's installer sets them.
 const FOLDERS: [&str; 2] = ["NITE2_REDIST64", "NITE2_REDIST"];
-
-/// What goes wrong with NiTE, and what to do about it.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum NiteError {
-    /// There is no library.
-    #[error("NiTE is not installed (looked for {}); {HOW_TO_INSTALL}", tried.join(", "))]
-    Missing {
-        /// What was tried, each with why it did not do.
-        tried: Vec<String>,
-    },
-    /// It is there, and is another NiTE.
-    #[error("{} is not NiTE 2.2: {reason}; {HOW_TO_INSTALL}", library.display())]
-    NotNite {
-        /// The file, or the name that the system found it by.
-        library: PathBuf,
-        /// Why.
-        reason: String,
-    },
-    /// A call failed.
-    #[error("NiTE could not {doing} (status {status}); {advice}")]
-    Call {
-        /// What was to be done.
-        doing: &'static str,
-        /// A `NITE_STATUS_...`.
-        status: i32,
-        /// What to look after.
-        advice: &'static str,
-    },
-    /// The device that was asked for cannot be opened.
-    #[error("{0}")]
-    Device(String),
-}
 
 /// How people are tracked.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -111,6 +80,10 @@ pub struct NiteFrame {
     pub users: Vec<NiteUser>,
 }
 
+/// In place of OpenNI2's C++ object for a device, which NiTE wants: a pointer to playback control, the C handle, then what
+/// is known of the device. As large as OpenNI2's and larger. NiTE may keep its address.
+type StandIn = [*mut c_void; 256];
+
 /// NiTE's user tracker on one device.
 pub struct NiteTracker {
     api: Api,
@@ -118,7 +91,9 @@ pub struct NiteTracker {
     mirrored: bool,
     version: String,
     library: PathBuf,
-    /// Dropped after the tracker is shut down.
+    /// Told by NiTE of each frame. This and what follows is dropped after the tracker is shut down.
+    ready: Box<Ready>,
+    _stand_in: Option<Box<StandIn>>,
     _device: Option<crate::openni::Device>,
     _openni: Option<Arc<OpenNi>>,
 }
@@ -160,19 +135,30 @@ impl NiteTracker {
             }
         };
         let mut handle: Tracker = ptr::null_mut();
-        in_folder_of(&found.path, || start(&api, device.as_ref(), &mut handle))?;
+        let stand_in = in_folder_of(&found.path, || start(&api, device.as_ref(), &mut handle))?;
         // SAFETY: the tracker was just made. NiTE's own smoothing only delays what the room smooths better; a NiTE that
         // does not let it be turned off tracks all the same.
         unsafe { (api.set_smoothing)(handle, 0.0) };
-        Ok(Self {
+        let mut this = Self {
             api,
             handle,
             mirrored: options.mirrored,
             version: shown,
             library: found.path,
+            ready: Ready::new(),
+            _stand_in: stand_in,
             _device: device,
             _openni: openni.ok(),
-        })
+        };
+        let (callbacks, cookie) = this.ready.parts();
+        // SAFETY: both addresses are within the box, which lives until they are unregistered in `drop`.
+        let status = unsafe { (this.api.register)(handle, callbacks, cookie) };
+        check(
+            status,
+            "tell of its frames",
+            "is it a NiTE 2.2 of PrimeSense's?",
+        )?;
+        Ok(this)
     }
 
     /// E.g. `2.2.0.11`.
@@ -185,8 +171,18 @@ impl NiteTracker {
         &self.library
     }
 
-    /// Waits for the next frame. Whoever comes new into view begins to be tracked.
+    /// The next frame, as [`read`](Self::read) has it, or `None` where NiTE told of none within `timeout`.
+    pub fn read_within(&mut self, timeout: Duration) -> Result<Option<NiteFrame>, NiteError> {
+        match self.ready.wait(timeout) {
+            true => self.read().map(Some),
+            false => Ok(None),
+        }
+    }
+
+    /// Waits for the next frame, for ever where the device gives none. Whoever is in view begins to be tracked.
     pub fn read(&mut self) -> Result<NiteFrame, NiteError> {
+        // Before the frame is taken: NiTE may tell of the one after it at any time.
+        self.ready.clear();
         let mut frame: *mut c::Frame = ptr::null_mut();
         // SAFETY: the tracker lives as long as `self`; the frame is released below.
         let status = unsafe { (self.api.read)(self.handle, &mut frame) };
@@ -204,9 +200,9 @@ impl NiteTracker {
         for index in 0..if seen.users.is_null() { 0 } else { count } {
             // SAFETY: the array has `count` entries and stays as long as the frame.
             let user = unsafe { &*seen.users.add(index) };
-            if user.state & USER_NEW != 0 {
-                // SAFETY: the tracker lives; the id is one of its own. A refusal means no skeleton, which the next
-                // frames show.
+            let seen = user.state & (USER_VISIBLE | USER_NEW) != 0 && user.state & USER_LOST == 0;
+            if seen && user.skeleton == SKELETON_NONE {
+                // SAFETY: the tracker lives; the id is one of its own. After a refusal the next frame asks again.
                 unsafe { (self.api.start_skeleton)(self.handle, user.id) };
             }
             let tracked = user.skeleton == SKELETON_TRACKED;
@@ -243,8 +239,10 @@ impl NiteTracker {
 
 impl Drop for NiteTracker {
     fn drop(&mut self) {
+        let (callbacks, _) = self.ready.parts();
         // SAFETY: made in `open`, not used after this; pairs with `initialize`.
         unsafe {
+            (self.api.unregister)(self.handle, callbacks);
             (self.api.destroy)(self.handle);
             (self.api.shutdown)();
         }
@@ -255,15 +253,7 @@ fn start(
     api: &Api,
     device: Option<&crate::openni::Device>,
     handle: &mut Tracker,
-) -> Result<(), NiteError> {
-    let check = |status: i32, doing, advice| match status {
-        0 => Ok(()),
-        status => Err(NiteError::Call {
-            doing,
-            status,
-            advice,
-        }),
-    };
+) -> Result<Option<Box<StandIn>>, NiteError> {
     // SAFETY: a plain call.
     let status = unsafe { (api.initialize)() };
     check(
@@ -271,17 +261,16 @@ fn start(
         "start",
         "its data, the folder NiTE2, must lie beside the library",
     )?;
-    let status = match device {
+    let mut stand_in = device.map(|device| {
+        let mut object: Box<StandIn> = Box::new([ptr::null_mut(); 256]);
+        object[1] = device.handle();
+        object
+    });
+    let status = match &mut stand_in {
         // SAFETY: the handle is filled in.
         None => unsafe { (api.create)(handle) },
-        Some(device) => {
-            // NiTE takes OpenNI2's C++ object for a device: a pointer to playback control, the C handle, then what is
-            // known of the device.
-            let mut object = [ptr::null_mut::<c_void>(); 256];
-            object[1] = device.handle();
-            // SAFETY: the object is as large as OpenNI2's and larger; NiTE copies what it needs of it.
-            unsafe { (api.create_by_device)(object.as_mut_ptr().cast(), handle) }
-        }
+        // SAFETY: the object is large enough, and lives as long as the tracker.
+        Some(object) => unsafe { (api.create_by_device)(object.as_mut_ptr().cast(), handle) },
     };
     let made = check(
         status,
@@ -292,7 +281,18 @@ fn start(
         // SAFETY: pairs with `initialize`.
         unsafe { (api.shutdown)() };
     }
-    made
+    made.map(|()| stand_in)
+}
+
+fn check(status: i32, doing: &'static str, advice: &'static str) -> Result<(), NiteError> {
+    match status {
+        0 => Ok(()),
+        status => Err(NiteError::Call {
+            doing,
+            status,
+            advice,
+        }),
+    }
 }
 
 /// Runs `start` in the library's folder, if its data lie there: NiTE looks for `NiTE2/s.dat` in the current folder.

@@ -2,7 +2,7 @@
 #![allow(unsafe_code, reason = "OpenNI2 calls these functions")]
 
 use std::ffi::{c_int, c_void};
-use std::sync::{Mutex, mpsc};
+use std::sync::mpsc;
 
 use super::c::{DEVICE_STATE_EOF, OniDeviceCallbacks, OniDeviceInfo};
 use super::library::DeviceInfo;
@@ -23,19 +23,19 @@ pub enum DeviceEvent {
 /// What OpenNI2 holds the address of: the functions to call and where their news go.
 pub(super) struct Listener {
     table: OniDeviceCallbacks,
-    /// Called from several threads of the library.
-    events: Mutex<mpsc::Sender<DeviceEvent>>,
+    /// Called from several threads of the library, none of which may be made to wait.
+    events: mpsc::SyncSender<DeviceEvent>,
 }
 
 impl Listener {
-    pub(super) fn new(events: mpsc::Sender<DeviceEvent>) -> Box<Self> {
+    pub(super) fn new(events: mpsc::SyncSender<DeviceEvent>) -> Box<Self> {
         Box::new(Self {
             table: OniDeviceCallbacks {
                 device_connected: Some(connected),
                 device_disconnected: Some(disconnected),
                 device_state_changed: Some(state_changed),
             },
-            events: Mutex::new(events),
+            events,
         })
     }
 
@@ -46,10 +46,8 @@ impl Listener {
     }
 
     fn tell(&self, event: DeviceEvent) {
-        if let Ok(events) = self.events.lock() {
-            // Nobody listens any more when the receiver is gone: that is at the very end.
-            let _ = events.send(event);
-        }
+        // Dropped where as many wait as may, and where the receiver is gone: that is at the very end.
+        let _ = self.events.try_send(event);
     }
 }
 
@@ -83,4 +81,34 @@ extern "system" fn state_changed(info: *const OniDeviceInfo, state: c_int, cooki
         DEVICE_STATE_EOF => DeviceEvent::EndOfFile(info),
         state => DeviceEvent::State(info, state),
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::c::fixed;
+    use super::super::library::MOST_EVENTS;
+    use super::*;
+
+    #[test]
+    fn events_that_nobody_asks_for_neither_pile_up_nor_hold_up_the_library() {
+        let (sender, events) = mpsc::sync_channel(MOST_EVENTS);
+        let mut listener = Listener::new(sender);
+        let (_, cookie) = listener.parts();
+        let info = OniDeviceInfo {
+            uri: fixed("posefuse://0"),
+            vendor: fixed(""),
+            name: fixed(""),
+            usb_vendor_id: 0,
+            usb_product_id: 0,
+        };
+        for state in 0..1000 {
+            state_changed(&info, 10 + state, cookie);
+        }
+        let of = |state| DeviceEvent::State(DeviceInfo::from_c(&info), state);
+        let kept: Vec<DeviceEvent> = events.try_iter().collect();
+        assert_eq!(kept.len(), MOST_EVENTS);
+        assert_eq!((&kept[0], &kept[63]), (&of(10), &of(73)));
+        state_changed(&info, 5, cookie);
+        assert_eq!(events.try_recv(), Ok(of(5)), "there is room again");
+    }
 }

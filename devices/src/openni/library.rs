@@ -24,6 +24,9 @@ const NAMES: [&str; 2] = ["libOpenNI2.so.0", "libOpenNI2.so"];
 /// Variables that name the folder in which the library lies.
 const FOLDERS: [&str; 2] = ["OPENNI2_REDIST64", "OPENNI2_REDIST"];
 
+/// How many events wait for somebody to ask for them.
+pub(super) const MOST_EVENTS: usize = 64;
+
 /// OpenNI2 counts how often it was started, but gives no devices to who comes while it still starts.
 static STARTING: Mutex<()> = Mutex::new(());
 
@@ -89,7 +92,7 @@ impl OpenNi {
             return Err(error);
         }
         drop(starting);
-        let (sender, events) = mpsc::channel();
+        let (sender, events) = mpsc::sync_channel(MOST_EVENTS);
         let mut listener = Listener::new(sender);
         let mut callbacks: Handle = ptr::null_mut();
         let (table, cookie) = listener.parts();
@@ -142,7 +145,8 @@ impl OpenNi {
 
     /// The next thing that happened to a device since this was loaded; `None`: nothing within `timeout`.
     ///
-    /// Each event is given once, to whoever asks first.
+    /// Each event is given once, to whoever asks first. 64 wait; while nobody asks, what happens after them is dropped.
+    /// A device that was pulled out is then still told by its calls, and what is there by [`devices`](Self::devices).
     pub fn next_event(&self, timeout: Duration) -> Option<DeviceEvent> {
         let events = self.events.lock().ok()?;
         events.recv_timeout(timeout).ok()
@@ -183,7 +187,8 @@ impl std::fmt::Debug for OpenNi {
     }
 }
 
-fn failed(api: &Api, status: OniStatus, doing: &str) -> OpenNiError {
+/// The error of a call that failed, with the library's own words.
+pub(super) fn failed(api: &Api, status: OniStatus, doing: &str) -> OpenNiError {
     // SAFETY: gives a text that ends with zero, or null; it is copied at once.
     let text = unsafe {
         let text = (api.extended_error)();

@@ -37,6 +37,9 @@ const USUAL: WantedMode = WantedMode {
 };
 const USUAL_FPS: u32 = 30;
 
+/// More pixels in a row, or rows, than any depth sensor has: what says so is broken, and memory is not asked for it.
+const MOST: u32 = 4096;
+
 impl Mode {
     pub(super) fn from_c(mode: &OniVideoMode) -> Option<Self> {
         let unit_um = match mode.pixel_format {
@@ -44,11 +47,12 @@ impl Mode {
             PIXEL_DEPTH_100_UM => 100,
             _ => return None,
         };
-        let size = |side: i32| u32::try_from(side).ok().filter(|&side| side > 0);
+        let number = |number: i32| u32::try_from(number).ok().filter(|&number| number > 0);
+        let side = |side: i32| number(side).filter(|&side| side <= MOST);
         Some(Self {
-            width: size(mode.resolution_x)?,
-            height: size(mode.resolution_y)?,
-            fps: size(mode.fps)?,
+            width: side(mode.resolution_x)?,
+            height: side(mode.resolution_y)?,
+            fps: number(mode.fps)?,
             unit_um,
         })
     }
@@ -158,6 +162,31 @@ mod tests {
             Some(mode(640, 480, 30, 1000))
         );
         assert_eq!(Mode::choose(&[], None), None);
+    }
+
+    #[test]
+    fn modes_that_no_sensor_has_are_not_taken() {
+        let of = |resolution_x, resolution_y, fps| {
+            Mode::from_c(&OniVideoMode {
+                pixel_format: PIXEL_DEPTH_1_MM,
+                resolution_x,
+                resolution_y,
+                fps,
+            })
+        };
+        assert_eq!(of(640, 480, 30), Some(mode(640, 480, 30, 1000)));
+        assert_eq!(of(4096, 1, 1), Some(mode(4096, 1, 1, 1000)));
+        let wrong = [
+            [0, 480, 30],
+            [640, 0, 30],
+            [640, -480, 30],
+            [640, 480, 0],
+            [4097, 480, 30],
+            [640, i32::MAX, 30],
+        ];
+        for [width, height, fps] in wrong {
+            assert_eq!(of(width, height, fps), None, "{width}x{height}@{fps}");
+        }
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub(super) fn image(bytes: &[u8], layout: &Layout) -> DepthImage {
     let rows = rows
         .skip(layout.origin[1] as usize)
         .take(layout.size[1] as usize);
-    for (row, bytes) in rows.zip(bytes.chunks(row_bytes)) {
+    for (row, bytes) in rows.zip(bytes.chunks(row_bytes.max(1))) {
         let pixels = bytes.chunks_exact(2).take(layout.size[0] as usize);
         for (to, from) in row.iter_mut().skip(first).zip(pixels) {
             *to = millimetres(u16::from_ne_bytes([from[0], from[1]]), layout.unit_um);
@@ -125,5 +125,11 @@ mod tests {
             image(&bytes(&[7; 81]), &beyond).millimetres,
             [0, 0, 0, 0, 0, 7]
         );
+        let nothing = Layout {
+            size: [0, 2],
+            row_bytes: 0,
+            ..WHOLE
+        };
+        assert_eq!(image(&bytes(&[7, 8]), &nothing).millimetres, [0; 6]);
     }
 }

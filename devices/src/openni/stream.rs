@@ -9,10 +9,11 @@ use posefuse_skeleton::{DepthImage, Intrinsics};
 
 use super::api::Handle;
 use super::c::{
-    OniFrame, OniVideoMode, PIXEL_DEPTH_1_MM, PIXEL_DEPTH_100_UM, SENSOR_DEPTH, STATUS_OK,
-    STATUS_TIME_OUT, STREAM_HORIZONTAL_FOV, STREAM_MIRRORING, STREAM_NUMBER_OF_FRAMES,
+    OniFrame, OniVideoMode, PIXEL_DEPTH_1_MM, PIXEL_DEPTH_100_UM, SENSOR_DEPTH, STATUS_ERROR,
+    STATUS_OK, STATUS_TIME_OUT, STREAM_HORIZONTAL_FOV, STREAM_MIRRORING, STREAM_NUMBER_OF_FRAMES,
     STREAM_VERTICAL_FOV, STREAM_VIDEO_MODE,
 };
+use super::library;
 use super::pixels::{Layout, image};
 use super::{Device, Mode, OpenNiError, WantedMode};
 
@@ -171,8 +172,11 @@ impl DepthStream {
         let mut frame: *mut OniFrame = ptr::null_mut();
         // SAFETY: the function sets the pointer to a frame that is ours until it is released below.
         let status = unsafe { (self.api().stream_read_frame)(self.handle, &mut frame) };
-        if status != STATUS_OK || frame.is_null() {
+        if status != STATUS_OK {
             return Err(self.failed(status, "read a depth frame"));
+        }
+        if frame.is_null() {
+            return Err(self.failed(STATUS_ERROR, "read the depth frame that it said had come"));
         }
         // SAFETY: a frame of ours, with as many bytes of data as it says.
         let (read, bytes) = unsafe {
@@ -218,13 +222,7 @@ impl DepthStream {
 
     fn failed(&self, status: c_int, doing: &str) -> OpenNiError {
         let uri = &self.device.info().uri;
-        let failed = self
-            .device
-            .openni()
-            .check(status, || format!("{doing} of {uri}"));
-        failed
-            .err()
-            .unwrap_or_else(|| OpenNiError::NoDepth { uri: uri.clone() })
+        library::failed(self.api(), status, &format!("{doing} of {uri}"))
     }
 
     fn set<T>(&self, property: c_int, value: &T) -> Result<(), c_int> {

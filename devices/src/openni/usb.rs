@@ -37,6 +37,13 @@ const KNOWN: [(u16, Option<u16>, &str, Driver); 15] = [
     (0x8086, Some(0x0aa5), "RealSense SR300", REALSENSE),
 ];
 
+/// Vendor and products of what is no depth sensor although its maker's others are: the colour cameras of Orbbec's sensors,
+/// which are devices of their own beside the depth.
+const NOT_DEPTH: (u16, std::ops::RangeInclusive<u16>) = (0x2bc5, 0x0500..=0x05ff);
+
+/// Megabits a second up to which sensors of one bus get in each other's way: USB 2. USB 3 has enough for several.
+const CROWDED_MBIT: u32 = 480;
+
 const FREENECT: Driver =
     Driver::Apart("libFreenectDriver of libfreenect (on Windows Microsoft's Kinect SDK 1.8)");
 const FREENECT2: Driver =
@@ -58,7 +65,7 @@ pub struct UsbSensor {
     pub ids: [u16; 2],
     /// The number of the USB bus that it hangs on: sensors of one bus share its bandwidth.
     pub bus: u32,
-    /// Megabits a second that the bus gives it.
+    /// Megabits a second that the bus gives it; 0 where that is not told.
     pub speed_mbit: u32,
     /// Its serial number, where it has one.
     pub serial: Option<String>,
@@ -106,6 +113,9 @@ pub fn model(ids: [u16; 2]) -> Option<&'static str> {
 }
 
 fn known([vendor, product]: [u16; 2]) -> Option<(&'static str, Driver)> {
+    if vendor == NOT_DEPTH.0 && NOT_DEPTH.1.contains(&product) {
+        return None;
+    }
     let fits =
         |of: u16, which: Option<u16>| of == vendor && which.is_none_or(|which| which == product);
     let mut fitting = KNOWN.iter().filter(|(of, which, ..)| fits(*of, *which));
@@ -122,8 +132,10 @@ pub fn advice(ids: [u16; 2], sensors: &[UsbSensor]) -> Option<String> {
     if let Some(trouble) = mine.iter().find_map(|sensor| sensor.trouble()) {
         return Some(trouble);
     }
-    let shares = |bus: u32| sensors.iter().filter(|sensor| sensor.bus == bus).count() > 1;
-    let crowded = mine.iter().find(|sensor| shares(sensor.bus))?;
+    let slow = |sensor: &&UsbSensor| sensor.speed_mbit <= CROWDED_MBIT;
+    let on = |bus: u32| sensors.iter().filter(slow).filter(move |it| it.bus == bus);
+    let mut mine = mine.into_iter().filter(slow);
+    let crowded = mine.find(|sensor| on(sensor.bus).count() > 1)?;
     Some(format!(
         "several depth sensors hang on USB bus {}, whose bandwidth is enough for one: plug this one into a connector of \
          another USB controller (`lsusb -t` shows which is which)",
@@ -274,5 +286,29 @@ mod tests {
             r#"SUBSYSTEM=="usb", ATTR{idVendor}=="1d27", ATTR{idProduct}=="0601", MODE="0666""#;
         assert!(words.contains(rule), "{words}");
         assert_eq!(advice([0, 0], &found), None);
+    }
+
+    #[test]
+    fn colour_cameras_are_no_depth_sensors_and_usb_3_is_not_crowded_by_two() {
+        let root = tempfile::tempdir().unwrap();
+        let depth = plug(root.path(), "4-1.1", ["2bc5", "0403"], [4, 2]);
+        plug(root.path(), "4-1.2", ["2bc5", "0501"], [4, 3]);
+        let ids = [0x2bc5, 0x0403];
+        let found = look(root.path());
+        assert_eq!(found.len(), 1, "the camera beside it is left out");
+        assert_eq!((found[0].ids, advice(ids, &found)), (ids, None));
+        assert_eq!(
+            [0x04ff, 0x0500, 0x05ff, 0x0600].map(|id| model([0x2bc5, id]).is_some()),
+            [true, false, false, true]
+        );
+
+        let other = plug(root.path(), "4-2", ["1d27", "0601"], [4, 4]);
+        assert!(advice(ids, &look(root.path())).is_some(), "both on USB 2");
+        fs::write(other.join("speed"), "5000\n").unwrap();
+        let found = look(root.path());
+        assert_eq!(advice(ids, &found), None, "alone on USB 2");
+        assert_eq!(advice([0x1d27, 0x0601], &found), None, "on USB 3");
+        fs::write(depth.join("speed"), "5000\n").unwrap();
+        assert_eq!(advice(ids, &look(root.path())), None, "both on USB 3");
     }
 }

@@ -1,5 +1,5 @@
-/* A library with the functions of NiTE 2.2 that this project uses, and nothing behind them: one user who is seen, then
-   tracked once somebody asks for it, and lost at the end. The structures are written here a second time on purpose. */
+/* A library with the functions of NiTE 2.2 that this project uses, and nothing behind them: one user who is seen, whose
+   tracking is refused once, then tracked once somebody asks again, and lost at the end. The structures are written here a second time on purpose. */
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,12 +15,18 @@ typedef struct {
 } Frame;
 typedef struct { int major, minor, maintenance, build; } Version;
 
-static int initialised, trackers, out, started, reads;
+typedef struct { void (*ready)(void *); } Callbacks;
+
+static int initialised, trackers, out, started, reads, asked;
+static Callbacks *callbacks;
+static void *cookie;
 static float smoothing = 0.5f;
 static User user;
 static Frame frame;
 
-int fake_open(void) { return initialised * 100 + trackers * 10 + out; }
+int fake_open(void) { return !!callbacks * 1000 + initialised * 100 + trackers * 10 + out; }
+int fake_asked(void) { return asked; }
+int fake_ready(void) { if (callbacks) callbacks->ready(cookie); return !!callbacks; }
 float fake_smoothing(void) { return smoothing; }
 
 int niteInitialize(void) { initialised++; return 0; }
@@ -31,13 +37,15 @@ int niteInitializeUserTracker(void **tracker) {
     FILE *data = fopen("NiTE2/s.dat", "r");
     if (!data) return 1;
     fclose(data);
-    trackers++; started = reads = 0;
+    trackers++; started = reads = asked = 0;
     *tracker = &user;
     return 0;
 }
 int niteInitializeUserTrackerByDevice(void *device, void **tracker) { return ((void **)device)[1] ? niteInitializeUserTracker(tracker) : 1; }
 int niteShutdownUserTracker(void *tracker) { trackers -= tracker == &user; return 0; }
-int niteStartSkeletonTracking(void *tracker, short id) { started = id; return 0; }
+int niteStartSkeletonTracking(void *tracker, short id) { if (++asked == 1) return 1; started = id; return 0; }
+int niteRegisterUserTrackerCallbacks(void *tracker, Callbacks *given, void *with) { callbacks = given; cookie = with; return 0; }
+void niteUnregisterUserTrackerCallbacks(void *tracker, Callbacks *given) { if (callbacks == given) callbacks = NULL; }
 int niteSetSkeletonSmoothing(void *tracker, float factor) { smoothing = factor; return 0; }
 
 int niteReadUserTrackerFrame(void *tracker, Frame **result) {
