@@ -147,6 +147,7 @@ impl Running {
             muting: tokio::sync::Mutex::default(),
             changing: tokio::sync::Mutex::default(),
             disk_free: AtomicU64::new(u64::MAX),
+            planning: Arc::new(Semaphore::new(1)),
             tasks: TaskTracker::new(),
             stop: CancellationToken::new(),
         });

@@ -72,6 +72,8 @@ pub(crate) struct Room {
     pub(crate) changing: tokio::sync::Mutex<()>,
     /// Free bytes where takes go; `u64::MAX`: unknown.
     pub(crate) disk_free: AtomicU64,
+    /// The turn to make a plan.
+    pub(crate) planning: Arc<Semaphore>,
     pub(crate) tasks: TaskTracker,
     pub(crate) stop: CancellationToken,
 }

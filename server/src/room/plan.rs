@@ -1,11 +1,15 @@
 //! Planning the room: what its sensors see, with those that are only planned.
 
+use std::sync::Arc;
+use std::time::Duration;
+
 use posefuse_planning::{
     Area, Coverage, Interference, Layer, MODELS, Model, Plan, Request, Suggestion, USUAL, View,
     look_at, plan,
 };
 use posefuse_proto::{pose_to_wire, v1};
 use posefuse_skeleton::{Position, Room as RoomAxes};
+use tokio::sync::Semaphore;
 use tonic::Status;
 
 use super::Room;
@@ -17,8 +21,11 @@ const MAX_PLANNED: usize = 32;
 const MAX_TEXT: usize = 128;
 /// Planned sensors stand within this of the origin, metres.
 const MAX_M: f64 = 1000.0;
+/// How long a request waits for its turn.
+const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Answers a request; takes milliseconds, of a large room a second.
+/// Answers a request; takes milliseconds, of a large room a second. One plan is made at a time, the others wait: whoever
+/// edits a plan asks anew with each change and wants the last answer, not an error.
 pub(super) async fn plan_room(
     room: &Room,
     request: v1::PlanRoomRequest,
@@ -59,13 +66,29 @@ pub(super) async fn plan_room(
         suggest,
         place: request.place as usize,
     };
-    let planned = tokio::task::spawn_blocking(move || plan(request));
-    let planned = planned
-        .await
-        .map_err(|error| Status::internal(error.to_string()))?;
-    planned
+    in_turn(&room.planning, PATIENCE, move || plan(request))
+        .await?
         .map(|plan| to_wire(&plan))
         .map_err(|error| Status::failed_precondition(error.to_string()))
+}
+
+/// Runs `work` on a thread of its own once it has the turn, which it keeps to its end whether or not anybody still waits.
+async fn in_turn<T: Send + 'static>(
+    turn: &Arc<Semaphore>,
+    patience: Duration,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Status> {
+    let turn = tokio::time::timeout(patience, turn.clone().acquire_owned())
+        .await
+        .map_err(|_| Status::resource_exhausted("a plan is being made; ask again"))?
+        .map_err(|_| Status::unavailable("the server is stopping"))?;
+    let done = tokio::task::spawn_blocking(move || {
+        let done = work();
+        drop(turn);
+        done
+    });
+    done.await
+        .map_err(|error| Status::internal(error.to_string()))
 }
 
 /// The sensors that the calibration knows.
@@ -230,5 +253,44 @@ fn suggestion(found: &Suggestion) -> v1::Suggestion {
         words: found.words(),
         crossed_before: found.crossed[0],
         crossed_after: found.crossed[1],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use tonic::Code;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn a_plan_keeps_its_turn_even_if_whoever_asked_has_gone_and_the_next_waits() {
+        let turn = Arc::new(Semaphore::new(1));
+        let (begun, has_begun) = channel();
+        let (end, may_end) = channel::<()>();
+        let first = tokio::spawn({
+            let turn = turn.clone();
+            async move {
+                let work = move || {
+                    begun.send(()).unwrap();
+                    may_end.recv().unwrap();
+                };
+                in_turn(&turn, PATIENCE, work).await
+            }
+        });
+        let begun = tokio::task::spawn_blocking(move || has_begun.recv());
+        begun.await.unwrap().unwrap();
+        first.abort();
+        assert!(first.await.unwrap_err().is_cancelled());
+
+        let soon = Duration::from_millis(20);
+        let refused = in_turn(&turn, soon, || ()).await.unwrap_err();
+        assert_eq!(refused.code(), Code::ResourceExhausted);
+        assert!(refused.message().contains("ask again"));
+
+        let waits = in_turn(&turn, PATIENCE, || 2);
+        let (second, ()) = tokio::join!(waits, async { end.send(()).unwrap() });
+        assert_eq!(second.unwrap(), 2);
     }
 }

@@ -94,6 +94,23 @@ async fn the_room_s_own_sensors_count_and_planned_ones_beside_them() {
 }
 
 #[tokio::test]
+async fn whoever_changes_a_plan_quickly_gets_every_answer() {
+    let server = start().await;
+    let asked = (1..=6).map(async |place| {
+        let request = PlanRoomRequest {
+            suggest_model: "Kinect v2".to_owned(),
+            place,
+            ..PlanRoomRequest::default()
+        };
+        let plan = server.room().await.plan_room(request).await.unwrap();
+        plan.into_inner().sensors.len()
+    });
+    let placed = futures_util::future::join_all(asked).await;
+    assert_eq!(placed, [1, 2, 3, 4, 5, 6]);
+    server.stop().await;
+}
+
+#[tokio::test]
 async fn what_cannot_be_planned_is_refused_with_the_reason() {
     let server = start().await;
     let mut room = server.room().await;
