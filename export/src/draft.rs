@@ -1,8 +1,8 @@
 //! A file that appears when it is whole.
 
-use std::fs::{self, File};
-use std::io::BufWriter;
-use std::path::PathBuf;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
 
 use crate::format::Format;
 use crate::plan::Plan;
@@ -52,9 +52,7 @@ impl<'a> Draft<'a> {
         if let Some(sink) = self.sink.take() {
             sink.finish().map_err(ExportError::write(&self.path))?;
         }
-        let bytes = fs::metadata(&self.part)
-            .map_err(ExportError::write(&self.part))?
-            .len();
+        let bytes = settled(&self.part).map_err(ExportError::write(&self.part))?;
         fs::rename(&self.part, &self.path).map_err(ExportError::write(&self.path))?;
         Ok(FileReport {
             path: std::mem::take(&mut self.path),
@@ -66,6 +64,14 @@ impl<'a> Draft<'a> {
             bytes,
         })
     }
+}
+
+/// Makes sure that the file is on the disk, so that a power cut leaves no empty one under its name. Gives its size, bytes.
+fn settled(part: &Path) -> io::Result<u64> {
+    // Windows flushes only what may be written.
+    let file = OpenOptions::new().write(true).open(part)?;
+    file.sync_all()?;
+    Ok(file.metadata()?.len())
 }
 
 impl Drop for Draft<'_> {

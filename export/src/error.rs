@@ -26,6 +26,22 @@ pub enum ExportError {
     /// A file of that name is there.
     #[error("{0} is there already; choose another folder with --out, or --force to write over it")]
     Exists(PathBuf),
+    /// Two files of one export would be the same one.
+    #[error(
+        "two files of this export would both be {0}; export fewer people (--person) or formats (--format) at a time"
+    )]
+    Twice(PathBuf),
+    /// More files than a process may have open: all are written at the same time.
+    #[error(
+        "this would be {files} files at once, one for each person and format, and at most {most} can be; choose some of the \
+         people with --person, leave short ones out with --least, or export fewer formats at a time"
+    )]
+    TooMany {
+        /// So many.
+        files: usize,
+        /// The most.
+        most: usize,
+    },
     /// A file cannot be written.
     #[error("{path} cannot be written: {source}")]
     Write {

@@ -30,7 +30,9 @@ mod preset;
 mod report;
 mod resample;
 mod run;
+mod scan;
 mod source;
+mod targets;
 mod who;
 mod write;
 
@@ -39,6 +41,7 @@ pub use error::{ExportError, Result};
 pub use format::Format;
 pub use names::Names;
 pub use options::Options;
+pub use plan::USUAL_RATES_HZ;
 pub use preset::Preset;
 pub use report::{FileReport, PersonReport, Report};
 pub use run::{Phase, Progress, export};

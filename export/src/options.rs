@@ -75,12 +75,17 @@ impl Options {
         }
     }
 
-    /// The kinds of files.
+    /// The kinds of files, each once.
     pub fn formats(&self) -> Vec<Format> {
-        match self.preset {
-            Some(preset) if self.formats.is_empty() => vec![preset.format()],
-            _ => self.formats.clone(),
+        let usual = self.preset.map(Preset::format);
+        let usual = usual.filter(|_| self.formats.is_empty());
+        let mut formats = Vec::new();
+        for &format in self.formats.iter().chain(&usual) {
+            if !formats.contains(&format) {
+                formats.push(format);
+            }
         }
+        formats
     }
 
     /// What bones are called.
@@ -172,6 +177,14 @@ mod tests {
                 options.check().unwrap();
             }
         }
+    }
+
+    #[test]
+    fn a_format_that_is_named_twice_counts_once() {
+        let mut options = Options::of_preset(Preset::Blender);
+        assert_eq!(options.formats(), [Preset::Blender.format()]);
+        options.formats = vec![Format::Csv, Format::Bvh, Format::Csv];
+        assert_eq!(options.formats(), [Format::Csv, Format::Bvh]);
     }
 
     #[test]

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use posefuse_session::{TakeHeader, TakeReader};
 use posefuse_skeleton::{Room, Skeleton, Timestamp};
 
-use crate::source::Seen;
-use crate::{ExportError, Options, Phase, Progress, Result, Who};
+use crate::scan::{Scan, Seeing, Span};
+use crate::{ExportError, Options, Progress, Result, Who};
 
-/// Rates that recordings usually have, frames per second.
-const USUAL_RATES_HZ: [f64; 10] = [15.0, 24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0];
+/// Rates that recordings usually have, frames per second. A take whose own rate is near one is exported with it.
+pub const USUAL_RATES_HZ: [f64; 10] =
+    [15.0, 24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0];
 /// A rate this near a usual one is meant to be it.
 const NEAR: f64 = 0.03;
 
@@ -67,69 +68,6 @@ pub(crate) struct Plan {
     pub(crate) passers_by: usize,
 }
 
-/// What the first look learns of a person.
-struct Span {
-    first: Timestamp,
-    last: Timestamp,
-}
-
-/// The first reading.
-#[derive(Default)]
-struct Scan {
-    spans: BTreeMap<Who, Span>,
-    /// How often each time between two frames of a person was seen, in tenths of a millisecond: fine enough for a rate, and
-    /// it bounds the table.
-    steps: BTreeMap<i64, u64>,
-}
-
-impl Scan {
-    fn of(
-        take: &TakeReader,
-        options: &Options,
-        (from, to): (Option<Timestamp>, Option<Timestamp>),
-        learn: &mut dyn FnMut(&Who, &Skeleton<Room>),
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<Self> {
-        // Who is seen a little before the span and in it is there from its beginning.
-        let gap_ns = (options.max_gap_s * 1e9) as i64;
-        let margin = from.map_or(Timestamp::from_ns(i64::MIN), |from| from.plus_ns(-gap_ns))
-            ..=to.map_or(Timestamp::from_ns(i64::MAX), |to| to.plus_ns(gap_ns));
-        let mut scan = Self::default();
-        let total = options.source.messages(take);
-        for (done, seen) in options.source.read(take)?.enumerate() {
-            progress(Progress {
-                phase: Phase::Looking,
-                done: done as u64 + 1,
-                total,
-            });
-            let Some(Seen { time, people }) = seen? else {
-                continue;
-            };
-            for (who, skeleton) in people {
-                // A body is learned from the whole take: a person has the same rig in every span.
-                learn(&who, &skeleton);
-                if margin.contains(&time) {
-                    scan.add(who, time);
-                }
-            }
-        }
-        Ok(scan)
-    }
-
-    fn add(&mut self, who: Who, time: Timestamp) {
-        let first = Span {
-            first: time,
-            last: time,
-        };
-        let span = self.spans.entry(who).or_insert(first);
-        if time > span.last {
-            let step = time.since_ns(span.last) / 100_000;
-            *self.steps.entry(step).or_default() += 1;
-            span.last = time;
-        }
-    }
-}
-
 impl Plan {
     /// Reads the take once; `learn` is shown everybody.
     ///
@@ -143,13 +81,14 @@ impl Plan {
     ) -> Result<Self> {
         let header = take.header().clone();
         let (from, to) = span_of(&header, options);
-        let Scan { spans, steps } = Scan::of(take, options, (from, to), learn, progress)?;
+        let Scan { mut people, steps } = Scan::of(take, options, (from, to), learn, progress)?;
         let nobody = |reason: String| ExportError::Nobody {
             take: header.name.clone(),
             reason,
         };
-        let found: Vec<String> = spans.keys().map(Who::to_string).collect();
-        let (people, passers_by) = chosen(spans, options);
+        people.retain(|_, person| person.asked.is_some());
+        let found: Vec<String> = people.keys().map(Who::to_string).collect();
+        let (people, passers_by) = chosen(people, options);
         let Some(first) = people.iter().map(|(_, span)| span.first).min() else {
             return Err(nobody(why_nobody(&found, passers_by, options)));
         };
@@ -231,13 +170,19 @@ fn span_of(header: &TakeHeader, options: &Options) -> (Option<Timestamp>, Option
 }
 
 /// Those who are asked for and were there long enough, and how many were not there long enough.
-fn chosen(spans: BTreeMap<Who, Span>, options: &Options) -> (Vec<(Who, Span)>, usize) {
+fn chosen(people: BTreeMap<Who, Seeing>, options: &Options) -> (Vec<(Who, Span)>, usize) {
     let asked = |who: &Who| options.people.is_empty() || options.people.contains(&who.number());
-    let (chosen, passers_by): (Vec<_>, Vec<_>) = spans
+    let (chosen, passers_by): (Vec<_>, Vec<_>) = people
         .into_iter()
         .filter(|(who, _)| asked(who))
-        .partition(|(_, span)| span.last.since_seconds(span.first) >= options.least_s);
-    (chosen, passers_by.len())
+        .partition(|(_, Seeing { whole, .. })| {
+            whole.last.since_seconds(whole.first) >= options.least_s
+        });
+    let span = |(who, person): (Who, Seeing)| Some((who, person.asked?));
+    (
+        chosen.into_iter().filter_map(span).collect(),
+        passers_by.len(),
+    )
 }
 
 fn why_nobody(found: &[String], passers_by: usize, options: &Options) -> String {
@@ -273,9 +218,11 @@ fn usual_rate(steps: &BTreeMap<i64, u64>) -> f64 {
     };
     // Steps are cut to whole tenths; the middle of the tenth is the best guess.
     let rate = 10_000.0 / (*step as f64 + 0.5);
-    let usual = USUAL_RATES_HZ
+    let off = |usual: &f64| (rate / usual - 1.0).abs();
+    let nearest = USUAL_RATES_HZ
         .into_iter()
-        .find(|usual| (rate / usual - 1.0).abs() < NEAR);
+        .min_by(|a, b| off(a).total_cmp(&off(b)));
+    let usual = nearest.filter(|usual| off(usual) < NEAR);
     usual.unwrap_or_else(|| (rate.round()).clamp(1.0, 1000.0))
 }
 
@@ -291,6 +238,8 @@ mod tests {
             (16_683, 60.0),
             (8_333, 120.0),
             (41_708, 24.0),
+            (20_300, 50.0),
+            (40_500, 25.0),
             (200_000, 5.0),
         ] {
             let steps = BTreeMap::from([(step_us / 100, 10), (1000, 1)]);

@@ -16,20 +16,28 @@ type Sample = (Timestamp, Skeleton<Room>);
 /// The last frames of everybody, to interpolate in.
 pub(crate) struct Resampler {
     max_gap_ns: i64,
+    /// Frames before this matter to no instant that will be asked for.
+    oldest: Timestamp,
     series: BTreeMap<Who, VecDeque<Sample>>,
 }
 
 impl Resampler {
-    /// `max_gap_ns`: the longest time between two measurements of a joint that is interpolated across.
-    pub(crate) fn new(max_gap_ns: i64) -> Self {
+    /// `max_gap_ns`: the longest time between two measurements of a joint that is interpolated across. `first`: the first
+    /// instant that will be asked for.
+    pub(crate) fn new(max_gap_ns: i64, first: Timestamp) -> Self {
         Self {
             max_gap_ns,
+            oldest: oldest(first, max_gap_ns),
             series: BTreeMap::new(),
         }
     }
 
-    /// Takes in a frame. Frames of one person come in order of time; what is not later than the last is left out.
+    /// Takes in a frame. Frames of one person come in order of time; what is not later than the last is left out, and what
+    /// is too early to matter.
     pub(crate) fn push(&mut self, seen: Seen) {
+        if seen.time < self.oldest {
+            return;
+        }
         for (who, skeleton) in seen.people {
             let series = self.series.entry(who).or_default();
             if series.back().is_none_or(|(last, _)| *last < seen.time) {
@@ -41,8 +49,8 @@ impl Resampler {
     /// Everybody at `time`, in order: frames up to the gap bound later must have been pushed. Times must not go back:
     /// what lies too far behind is forgotten.
     pub(crate) fn at(&mut self, time: Timestamp) -> Vec<(Who, Skeleton<Room>)> {
-        // A slope looks back across one gap from a measurement that may itself be one gap back.
-        let oldest = time.plus_ns(self.max_gap_ns.saturating_mul(-2));
+        let oldest = oldest(time, self.max_gap_ns);
+        self.oldest = oldest;
         self.series.retain(|_, series| {
             while series.front().is_some_and(|(at, _)| *at < oldest) {
                 series.pop_front();
@@ -106,6 +114,12 @@ impl Resampler {
             provenance: nearer.provenance,
         })
     }
+}
+
+/// The earliest frame that matters at `time`: a slope looks back across one gap from a measurement that may itself be one
+/// gap back.
+fn oldest(time: Timestamp, max_gap_ns: i64) -> Timestamp {
+    time.plus_ns(max_gap_ns.saturating_mul(-2))
 }
 
 fn measured<'a>(
@@ -182,7 +196,7 @@ mod tests {
     fn a_quadratic_comes_back_exactly_from_uneven_frames() {
         let way = |t: f64| 3.0 * t * t - 2.0 * t + 0.5;
         let times = [0.0, 0.03, 0.07, 0.1, 0.15, 0.18, 0.22];
-        let mut resampler = Resampler::new(200_000_000);
+        let mut resampler = Resampler::new(200_000_000, Timestamp::ZERO);
         for t in times {
             resampler.push(seen(t, &[(Joint::Head, way(t))]));
         }
@@ -195,7 +209,7 @@ mod tests {
 
     #[test]
     fn long_gaps_stay_gaps_and_short_ones_close_for_each_joint_alone() {
-        let mut resampler = Resampler::new(100_000_000);
+        let mut resampler = Resampler::new(100_000_000, Timestamp::ZERO);
         for (t, joints) in [
             (0.0, &[Joint::Head, Joint::Neck][..]),
             (0.05, &[Joint::Neck]),
@@ -217,5 +231,17 @@ mod tests {
         assert_eq!(x(&mut resampler, 0.26, Joint::Neck), None, "the end");
         assert!(resampler.at(Timestamp::from_seconds(9.0)).is_empty());
         assert!(resampler.series.is_empty(), "who left is forgotten");
+    }
+
+    #[test]
+    fn frames_that_are_too_early_for_the_first_instant_are_not_kept() {
+        let mut resampler = Resampler::new(100_000_000, Timestamp::from_seconds(9.005));
+        for frame in 0..1000 {
+            let t = f64::from(frame) * 0.01;
+            resampler.push(seen(t, &[(Joint::Head, t)]));
+        }
+        assert_eq!(resampler.series[&WHO].len(), 119, "from 8.81 s on");
+        let head = x(&mut resampler, 9.005, Joint::Head).unwrap();
+        assert!((head - 9.005).abs() < 1e-9, "{head}");
     }
 }

@@ -1,18 +1,18 @@
 //! An export from end to end: two readings of a take, files that appear when they are whole.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use posefuse_session::TakeReader;
 use posefuse_skeleton::Timestamp;
 
 use crate::body::{Learners, Mover};
 use crate::draft::Draft;
-use crate::format::Format;
 use crate::plan::Plan;
 use crate::report::{Report, Tally, tallies};
 use crate::resample::Resampler;
-use crate::write::{Figure, Moment, Sheet};
+use crate::targets::{Target, targets};
+use crate::write::{Figure, Moment};
 use crate::{ExportError, Options, Result, Who};
 
 /// Which reading of the take it is.
@@ -39,7 +39,8 @@ pub struct Progress {
 /// where each has their own, and the format's ending; they appear when they are whole.
 ///
 /// # Errors
-/// [`ExportError`]; without `force` also if a file is there already, before anything is written.
+/// [`ExportError`]; before anything is written where a file is there already (without `force`), or where there would be more
+/// files than can be open at once.
 pub fn export(
     take: &TakeReader,
     options: &Options,
@@ -63,27 +64,22 @@ pub fn export(
         .iter()
         .map(|mover| mover.as_ref().map(|mover| mover.rig().clone()))
         .collect();
-    let sheets = sheets(&plan, &rigs, options);
-    if sheets.is_empty() {
-        let (take, reason) = (
-            plan.header.name.clone(),
-            crate::write::NEVER_SEEN.to_owned(),
-        );
-        return Err(ExportError::Nobody { take, reason });
-    }
+    let targets = targets(&plan, &rigs, options, folder)?;
     let rigless = plan.people.iter().zip(&rigs);
     let rigless = rigless.filter(|(_, rig)| with_rigs && rig.is_none());
     let without_rig: Vec<Who> = rigless.map(|(person, _)| person.who.clone()).collect();
     fs::create_dir_all(folder).map_err(ExportError::write(folder))?;
-    let paths: Vec<PathBuf> = sheets
-        .iter()
-        .map(|sheet| folder.join(file_name(sheet, options)))
-        .collect();
-    if let Some(path) = paths.iter().find(|path| !force && path.exists()) {
-        return Err(ExportError::Exists(path.clone()));
+    let there = targets.iter().find(|target| !force && target.path.exists());
+    if let Some(target) = there {
+        return Err(ExportError::Exists(target.path.clone()));
     }
-    let mut files = Vec::with_capacity(sheets.len());
-    for ((format, sheet), path) in sheets.into_iter().zip(paths) {
+    let mut files = Vec::with_capacity(targets.len());
+    for Target {
+        format,
+        sheet,
+        path,
+    } in targets
+    {
         files.push(Draft::open(format, sheet, path)?);
     }
     let mut writing = Writing {
@@ -129,8 +125,8 @@ impl Writing<'_> {
         let max_gap_ns = (self.options.max_gap_s * 1e9) as i64;
         // When a frame this much later has come, nothing that matters to an instant can come any more.
         let patience_ns = max_gap_ns.saturating_add(source.disorder_ns());
-        let mut resampler = Resampler::new(max_gap_ns);
         let (mut frame, last) = self.plan.frames();
+        let mut resampler = Resampler::new(max_gap_ns, self.plan.grid.time(frame));
         let total = source.messages(take);
         let mut newest: Option<Timestamp> = None;
         for (done, seen) in source.read(take)?.enumerate() {
@@ -194,58 +190,5 @@ impl Writing<'_> {
         self.files
             .iter_mut()
             .try_for_each(|file| file.moment(&moment))
-    }
-}
-
-/// What goes into which file.
-fn sheets<'a>(
-    plan: &'a Plan,
-    rigs: &'a [Option<posefuse_kinematics::Rig>],
-    options: &Options,
-) -> Vec<(Format, Sheet<'a>)> {
-    let sheet = |format: Format, people: Vec<usize>| {
-        let (mut first, mut last) = plan.frames();
-        if !options.whole && format.is_one_person() {
-            let presence = &plan.people[people[0]];
-            (first, last) = (presence.first, presence.last);
-        }
-        let (space, names) = (options.space(format), options.names());
-        (
-            format,
-            Sheet {
-                plan,
-                rigs,
-                people,
-                first,
-                last,
-                space,
-                names,
-            },
-        )
-    };
-    let mut sheets = Vec::new();
-    for format in options.formats() {
-        let with_rig = |person: &usize| !format.is_rig() || rigs[*person].is_some();
-        let people: Vec<usize> = (0..plan.people.len()).filter(with_rig).collect();
-        if people.is_empty() {
-            continue;
-        }
-        if format.is_one_person() {
-            sheets.extend(people.into_iter().map(|person| sheet(format, vec![person])));
-        } else {
-            sheets.push(sheet(format, people));
-        }
-    }
-    sheets
-}
-
-/// The take, whose word it is if not the fused people's, the person where there is one, and the ending.
-fn file_name((format, sheet): &(Format, Sheet), options: &Options) -> String {
-    let take = &sheet.plan.header.name;
-    let ending = format.ending();
-    match (format.is_one_person(), options.source) {
-        (true, _) => format!("{take}-{}{ending}", sheet.plan.people[sheet.people[0]].who),
-        (false, crate::Source::Fused) => format!("{take}{ending}"),
-        (false, source) => format!("{take}-{source}{ending}"),
     }
 }

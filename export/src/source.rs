@@ -175,48 +175,69 @@ impl Sensors {
 }
 
 /// How far the server's clock is ahead of an agent's: by the clock probe that came back quickest, and until there is one
-/// by the frame that came quickest.
+/// by the frame that came quickest. An agent that starts again has a clock that starts again, too.
 #[derive(Default)]
 struct ClockOffset {
     /// Round trip and offset, nanoseconds.
     probe: Option<(i64, i64)>,
     least_delay_ns: Option<i64>,
+    /// When the last frame was caught, by the agent's clock.
+    captured_ns: Option<i64>,
 }
 
 impl ClockOffset {
     /// How much slower than the quickest a later probe may be and still be believed, nanoseconds: clocks drift, so a
     /// later probe is worth more.
     const SLOWER_NS: i64 = 500_000;
+    /// Stamps are rounded and clocks drift: two probes may be this much further apart than their round trips allow, and
+    /// still be of one clock, nanoseconds.
+    const SLACK_NS: i64 = 1_000_000;
+    /// Frames of an agent come in order; a clock that is this much behind the last frame is another one, nanoseconds.
+    const BACK_NS: i64 = 1_000_000_000;
 
     fn probed(&mut self, sample: &ClockSample) {
         let there = sample.agent_received.ns().saturating_sub(sample.sent.ns());
         let back = sample.returned.ns().saturating_sub(sample.agent_sent.ns());
         let round_trip = there.saturating_add(back);
         let offset = back.saturating_sub(there) / 2;
-        if self
-            .probe
-            .is_none_or(|(quickest, _)| round_trip < quickest.saturating_add(Self::SLOWER_NS))
-        {
-            let quickest = self.probe.map_or(round_trip, |(quickest, _)| quickest);
+        if round_trip < -Self::SLACK_NS {
+            // It contradicts itself.
+            return;
+        }
+        let Some((quickest, known)) = self.probe else {
+            self.probe = Some((round_trip, offset));
+            return;
+        };
+        // A probe's offset is off by half its round trip at most.
+        let apart = offset.saturating_sub(known).saturating_abs();
+        if apart > round_trip.saturating_add(quickest) / 2 + Self::SLACK_NS {
+            *self = Self {
+                probe: Some((round_trip, offset)),
+                ..Self::default()
+            };
+        } else if round_trip < quickest.saturating_add(Self::SLOWER_NS) {
             self.probe = Some((quickest.min(round_trip), offset));
         }
     }
 
     fn received(&mut self, observation: &Observation) {
-        let delay = observation
-            .received
-            .ns()
-            .saturating_sub(observation.captured.ns());
+        let captured = observation.captured.ns();
+        let back = |last: i64| captured < last.saturating_sub(Self::BACK_NS);
+        if self.captured_ns.is_some_and(back) {
+            *self = Self::default();
+        }
+        self.captured_ns = Some(captured);
+        let delay = observation.received.ns().saturating_sub(captured);
         self.least_delay_ns = Some(self.least_delay_ns.map_or(delay, |least| least.min(delay)));
     }
 
     fn server_time(&self, observation: &Observation) -> Timestamp {
         let offset = self.probe.map(|(_, offset)| offset).or(self.least_delay_ns);
-        Timestamp::from_ns(
-            observation
-                .captured
-                .ns()
-                .saturating_add(offset.unwrap_or(0)),
-        )
+        let captured = observation
+            .captured
+            .ns()
+            .saturating_add(offset.unwrap_or(0));
+        // Nothing comes before it was caught; what seems to is of a clock that started again.
+        Timestamp::from_ns(captured).min(observation.received)
     }
 }

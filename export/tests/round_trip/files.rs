@@ -2,7 +2,7 @@
 
 use posefuse_export::{ExportError, Format, Options, export};
 
-use crate::take::{Exported, FIRST, names_in, walk};
+use crate::take::{Exported, FIRST, SECOND, crowd, names_in, walk};
 
 #[test]
 fn nothing_is_written_over_and_nothing_is_left_half_written() {
@@ -22,6 +22,18 @@ fn nothing_is_written_over_and_nothing_is_left_half_written() {
         ["walk-person3.bvh"],
         "refused before anything is written"
     );
+    // A file cannot take the place of a folder.
+    let blocked = exported.path("walk-person3.bvh");
+    std::fs::remove_file(&blocked).unwrap();
+    std::fs::create_dir(&blocked).unwrap();
+    let result = export(&take, &options, folder, true, &mut |_| {});
+    assert!(matches!(&result, Err(ExportError::Write { path, .. }) if *path == blocked));
+    assert_eq!(
+        names_in(folder),
+        ["walk-person3.bvh", "walk-person3.trc"],
+        "what was finished before stays, nothing half written does"
+    );
+    std::fs::remove_dir(&blocked).unwrap();
     let mut steps = Vec::new();
     let report = export(&take, &options, folder, true, &mut |step| steps.push(step)).unwrap();
     assert_eq!(names_in(folder), ["walk-person3.bvh", "walk-person3.trc"]);
@@ -57,4 +69,57 @@ fn whoever_asks_for_nobody_is_told_who_there_is() {
     });
     assert!(late.contains("no frame"), "{late}");
     assert!(names_in(folder.path()).is_empty());
+}
+
+#[test]
+fn a_piece_of_a_take_is_what_the_whole_has_there_however_short() {
+    let take = walk();
+    let whole = Exported::of(&take, &Options::of_format(Format::Csv)).text("walk.csv");
+    let piece = Options {
+        from_s: Some(7.0),
+        to_s: Some(7.3),
+        ..Options::of_format(Format::Csv)
+    };
+    let piece = Exported::of(&take, &piece);
+    assert_eq!(
+        piece.report.people.len(),
+        2,
+        "there for much longer than it"
+    );
+    let text = piece.text("walk.csv");
+    assert_eq!(text.lines().count(), 1 + 2 * 10);
+    // Frames count from the piece's begin, everything else is as in the whole.
+    let rest = |row: &str| row.split_once(',').unwrap().1.to_owned();
+    let whole: Vec<String> = whole.lines().map(rest).collect();
+    assert!(text.lines().all(|row| whole.contains(&rest(row))));
+    let short = Options {
+        people: vec![SECOND],
+        least_s: 8.0,
+        ..Options::of_format(Format::Csv)
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let result = export(&take, &short, folder.path(), false, &mut |_| {});
+    assert!(result.unwrap_err().to_string().contains("--least"));
+}
+
+#[test]
+fn more_files_than_can_be_open_are_refused_before_anything_is_written() {
+    let take = crowd(300);
+    let folder = tempfile::tempdir().unwrap();
+    let options = Options {
+        least_s: 0.0,
+        ..Options::of_format(Format::Trc)
+    };
+    let result = export(&take, &options, folder.path(), false, &mut |_| {});
+    let refusal = result.unwrap_err().to_string();
+    for word in ["300 files", "--person", "--least"] {
+        assert!(refusal.contains(word), "{refusal}");
+    }
+    assert!(names_in(folder.path()).is_empty());
+    let one_file = Options {
+        formats: vec![Format::Csv],
+        ..options
+    };
+    let exported = Exported::of(&take, &one_file);
+    assert_eq!(exported.report.people.len(), 300);
 }

@@ -1,7 +1,7 @@
 //! BVH, GLB and FBX: the bones are where the pose has them, by readers that are not the writers.
 
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3};
-use posefuse_export::{Format, Names, Options, Preset};
+use posefuse_export::{Format, Names, Options, Preset, USUAL_RATES_HZ};
 use posefuse_skeleton::{Joint, Position, Room};
 use serde_json::Value;
 
@@ -139,6 +139,27 @@ fn ufbx_finds_every_bone_of_an_fbx_where_it_was_sent() {
             let off = worst(&at(frame as f64 + 0.5), &middle.collect::<Vec<_>>());
             assert!(off < 3e-2, "person {person} after frame {frame}: {off} m");
         }
+    }
+}
+
+#[test]
+fn ufbx_finds_the_rate_of_an_fbx_whatever_it_is() {
+    let take = walk();
+    for rate in USUAL_RATES_HZ.into_iter().chain([37.5, 1000.0 / 33.0]) {
+        let options = Options {
+            people: vec![FIRST],
+            to_s: Some(0.5),
+            rate_hz: Some(rate),
+            ..Options::of_format(Format::Fbx)
+        };
+        let exported = Exported::of(&take, &options);
+        let bytes = std::fs::read(exported.path("walk-person3.fbx")).unwrap();
+        let scene = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
+        let found = scene.settings.frames_per_second;
+        assert!((found - rate).abs() < 1e-9, "{rate}: {found}");
+        let frames = exported.report.files[0].frames as f64;
+        let end = scene.anim.time_end * rate;
+        assert!((end - (frames - 1.0)).abs() < 1e-3, "{rate}: {end}");
     }
 }
 

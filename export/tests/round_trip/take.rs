@@ -83,6 +83,30 @@ pub(crate) fn walk() -> TakeReader {
     TakeReader::open(&*storage, "walk").unwrap()
 }
 
+/// A take of so many people, all of them there in each of three frames.
+pub(crate) fn crowd(people: u64) -> TakeReader {
+    let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::default());
+    let mut writer = TakeWriter::create(&storage, header("crowd"), &[], None).unwrap();
+    let skeleton = measured(&world().truth(0.0)[0].joints);
+    for frame in 0..3 {
+        let track = |id| Track {
+            id: TrackId(id),
+            since: START,
+            sensors: Default::default(),
+            skeleton: skeleton.clone(),
+        };
+        let frame = RoomFrame {
+            number: frame as u64,
+            time: time(frame),
+            look_ahead_ns: 0,
+            tracks: (1..=people).map(track).collect(),
+        };
+        writer.frame(&frame).unwrap();
+    }
+    writer.finish().unwrap();
+    TakeReader::open(&*storage, "crowd").unwrap()
+}
+
 /// The take's skeletons of a person; `None` where they are not in a frame.
 pub(crate) fn skeletons(take: &TakeReader, person: u64) -> Vec<Option<Skeleton<Room>>> {
     let of_person = |frame: RoomFrame| {
