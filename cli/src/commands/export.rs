@@ -1,5 +1,6 @@
 //! `posefuse export`: takes as files that other tools read.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
@@ -86,6 +87,7 @@ pub(crate) fn run(args: &ExportArgs, global: &Global) -> anyhow::Result<Outcome>
     let options = args.options();
     options.check().map_err(usage)?;
     let takes = args.located()?;
+    no_name_twice(&takes)?;
     let mut results = Vec::with_capacity(takes.len());
     for (number, take) in takes.iter().enumerate() {
         let made = args.export(take, &options, (number, takes.len()));
@@ -179,6 +181,23 @@ impl ExportArgs {
     }
 }
 
+/// Refuses takes of the same name: the files of the one would take the place of the other's.
+fn no_name_twice(takes: &[Located]) -> anyhow::Result<()> {
+    let mut known: BTreeMap<&str, &Located> = BTreeMap::new();
+    for take in takes {
+        if let Some(other) = known.insert(&take.name, take) {
+            let (one, two) = (other.file(), take.file());
+            return Err(usage(format!(
+                "{} and {} would be exported to files of the same names; export them one after the other, each to its own \
+                 folder with --out",
+                one.display(),
+                two.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// The takes of a folder; one that is still being recorded is left out.
 fn takes_of(folder: &Path) -> anyhow::Result<Vec<Located>> {
     let takes = Catalogue::list(&DiskStorage::for_reading(folder))?;
@@ -240,4 +259,26 @@ fn tell(report: &Report) -> anyhow::Result<()> {
         ));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::failure::Usage;
+
+    #[test]
+    fn takes_of_the_same_name_are_refused_before_anything_is_written() {
+        let take = |folder: &str, name: &str| Located {
+            folder: folder.into(),
+            name: name.to_owned(),
+        };
+        no_name_twice(&[take("monday", "walk"), take("monday", "run")]).unwrap();
+        let same = [take("monday", "walk"), take("tuesday", "walk")];
+        let refusal = no_name_twice(&same).unwrap_err();
+        assert!(refusal.is::<Usage>(), "exit code 2");
+        let text = refusal.to_string();
+        let files = same.map(|take| take.file().display().to_string());
+        assert!(files.iter().all(|file| text.contains(file)), "{text}");
+        assert!(text.contains("--out"), "{text}");
+    }
 }
