@@ -148,3 +148,6 @@ impl Gather {
         });
     }
 }
+
+#[cfg(test)]
+mod tests;
