@@ -40,12 +40,15 @@ fn observed(restarted_ns: Option<i64>) -> TakeReader {
         let behind_ns = restarted_ns.unwrap_or(BEHIND_NS);
         let agent_time = |time: Timestamp| AgentTime::from_ns(time.ns() - behind_ns);
         if frame % 30 == 0 {
+            // The way is slower by now, too: the new clock's probes never come back as quickly as the old one's.
+            let one_way_ns = restarted_ns.map_or(1_000_000, |_| 3_000_000);
+            let answered = agent_time(now.plus_ns(-one_way_ns));
             let sample = ClockSample {
                 sensor: id,
-                sent: now.plus_ns(-2_000_000),
+                sent: now.plus_ns(-2 * one_way_ns),
                 returned: now,
-                agent_received: agent_time(now.plus_ns(-1_000_000)),
-                agent_sent: agent_time(now.plus_ns(-1_000_000)),
+                agent_received: answered,
+                agent_sent: answered,
             };
             writer.input(&Input::ClockSample(sample)).unwrap();
         }
