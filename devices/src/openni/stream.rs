@@ -20,6 +20,10 @@ use super::{Device, Mode, OpenNiError, WantedMode};
 /// The fields of view of a device that does not tell them: those of the sensors of PrimeSense, radians.
 const USUAL_VIEW: [f64; 2] = [1.0144, 0.7898];
 
+/// How long a recording's stream rests between its stop and its end. The thread of OpenNI2 2.2 that plays recordings goes
+/// through the streams without a lock, all the time while one runs, every 10 ms for an instant while none does.
+const SETTLE: Duration = Duration::from_millis(50);
+
 /// One depth image as OpenNI2 gives it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
@@ -253,11 +257,13 @@ impl DepthStream {
 
 impl Drop for DepthStream {
     fn drop(&mut self) {
-        // SAFETY: made in `depth`, destroyed once; the device is still open, for this holds it.
-        unsafe {
-            (self.api().stream_stop)(self.handle);
-            (self.api().stream_destroy)(self.handle);
+        // SAFETY: made in `depth`, destroyed once below; the device is still open, for this holds it.
+        unsafe { (self.api().stream_stop)(self.handle) };
+        if self.device.is_recording() {
+            std::thread::sleep(SETTLE);
         }
+        // SAFETY: as above.
+        unsafe { (self.api().stream_destroy)(self.handle) };
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use posefuse_devices::nite::{NiteError, NiteTracker, NiteUser, Options};
 use posefuse_skeleton::JointSet;
@@ -44,6 +45,9 @@ pub fn open(
     Ok(Box::new(VendorSource::new(Nite(config.clone()), clock)?))
 }
 
+/// How long a frame is waited for before the agent looks whether it is to end.
+const FRAME: Duration = Duration::from_millis(500);
+
 struct Nite(NiteConfig);
 
 impl Vendor for Nite {
@@ -76,7 +80,10 @@ impl Vendor for Nite {
     }
 
     fn read(&self, tracker: &mut NiteTracker) -> Result<Option<Tracked>, String> {
-        let frame = tracker.read().map_err(|error| error.to_string())?;
+        let frame = tracker
+            .read_within(FRAME)
+            .map_err(|error| error.to_string())?;
+        let Some(frame) = frame else { return Ok(None) };
         let device_ns = i64::try_from(frame.timestamp_us)
             .unwrap_or(0)
             .saturating_mul(1000);
