@@ -5,6 +5,7 @@
 //!
 //! - [`Body`]: the measures of a person, learned from fused tracks; [`Body::rig`] is their rig in the T-pose.
 //! - [`Solver`]: one person's tracks, frame by frame, to poses of that rig.
+//! - [`Crowd`]: everybody in a room, live: rigs that settle in the first seconds, poses, hands, feet.
 //! - [`HandFilter`]: sensors' votes on a hand as a state that does not flicker.
 //! - [`Config`]: every function of it, on or off.
 
@@ -12,6 +13,7 @@ mod angles;
 mod body;
 mod bones;
 mod config;
+mod crowd;
 mod direct;
 mod feet;
 mod fit;
@@ -29,6 +31,7 @@ pub use config::{
     Config, ConfigError, ExtraConfig, FeetConfig, FitConfig, HandsConfig, HoldConfig, LimitsConfig,
     LookAt, LookConfig, Start,
 };
+pub use crowd::{Crowd, Figure};
 pub use feet::Contact;
 pub use hands::{HandFilter, HandState};
 pub use rig::{Bone, Rig, RigPose};

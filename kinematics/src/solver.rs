@@ -91,7 +91,7 @@ impl Solver {
         }
     }
 
-    /// The rig that the poses are of: always the same.
+    /// The rig that the poses are of: the same until [`Solver::set_body`].
     pub fn rig(&self) -> &Rig {
         &self.rig
     }
@@ -99,6 +99,14 @@ impl Solver {
     /// The person's measures.
     pub fn body(&self) -> &Body {
         &self.body
+    }
+
+    /// Gives the person other measures; the pose goes on from where it is.
+    pub fn set_body(&mut self, body: &Body) {
+        self.body = *body;
+        self.rig = body.rig();
+        self.offsets = offsets(&self.rig);
+        self.fitter = Fitter::new(&self.offsets, &self.config);
     }
 
     /// The joints' angles in the pose that came last, degrees; none before the first.
