@@ -12,6 +12,8 @@ choices! {
         Csv = "csv",
         /// Joints as a table: a row for each joint of each person and frame.
         CsvTidy = "csv-tidy",
+        /// The bones of a rig as a table, with their rotations: a row for each bone of each person and frame.
+        CsvBones = "csv-bones",
         /// Joints as columns, rows as in `csv-tidy`: pandas, DuckDB, R.
         Parquet = "parquet",
         /// Joints as markers for OpenSim, one file a person.
@@ -33,6 +35,7 @@ impl Format {
         match self {
             Self::Csv => ".csv",
             Self::CsvTidy => ".tidy.csv",
+            Self::CsvBones => ".bones.csv",
             Self::Parquet => ".parquet",
             Self::Trc => ".trc",
             Self::C3d => ".c3d",
@@ -44,7 +47,7 @@ impl Format {
 
     /// Whether it holds joint rotations of a rig rather than the places of joints.
     pub fn is_rig(self) -> bool {
-        matches!(self, Self::Bvh | Self::Glb | Self::Fbx)
+        matches!(self, Self::CsvBones | Self::Bvh | Self::Glb | Self::Fbx)
     }
 
     /// Whether each person has a file of their own.
@@ -55,7 +58,7 @@ impl Format {
     /// What its readers expect unless they are told otherwise.
     pub fn usual_space(self) -> Space {
         let (axes, unit) = match self {
-            Self::Csv | Self::CsvTidy | Self::Parquet => (Axes::Room, Unit::Metre),
+            Self::Csv | Self::CsvTidy | Self::CsvBones | Self::Parquet => (Axes::Room, Unit::Metre),
             Self::Trc => (Axes::OpenSim, Unit::Millimetre),
             Self::C3d => (Axes::Room, Unit::Millimetre),
             Self::Bvh | Self::Fbx => (Axes::YUp, Unit::Centimetre),
@@ -68,7 +71,7 @@ impl Format {
     pub(crate) fn objection(self, space: Space) -> Option<String> {
         let Space { axes, unit } = space;
         match self {
-            Self::Csv | Self::CsvTidy | Self::Parquet => None,
+            Self::Csv | Self::CsvTidy | Self::CsvBones | Self::Parquet => None,
             Self::Glb if axes != Axes::YUp || unit != Unit::Metre => Some(
                 "a GLB is always `y-up` in `m`, by its standard; every reader converts by itself"
                     .to_owned(),

@@ -29,7 +29,7 @@ pub(crate) struct ExportArgs {
     /// The tool: blender, unity, unreal, motionbuilder, opensim, mixamo or kinect
     #[arg(short, long, value_name = "TOOL")]
     preset: Option<Preset>,
-    /// The kinds of files: csv, csv-tidy, parquet, trc, c3d, bvh, glb, fbx [default: the preset's]
+    /// The kinds of files: csv, csv-tidy, csv-bones, parquet, trc, c3d, bvh, glb, fbx [default: the preset's]
     #[arg(short, long, value_name = "FORMAT", value_delimiter = ',')]
     format: Vec<Format>,
     /// The folder to write to

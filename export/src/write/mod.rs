@@ -1,5 +1,6 @@
 //! Writers, one a format. Each gets the moments of its range in order, then is finished.
 
+mod bones;
 mod bvh;
 mod c3d;
 mod csv;
@@ -107,6 +108,7 @@ pub(crate) fn open<'a>(
     Ok(match format {
         Format::Csv => Box::new(csv::Csv::begin(sheet, csv::Layout::Wide, out)?),
         Format::CsvTidy => Box::new(csv::Csv::begin(sheet, csv::Layout::Tidy, out)?),
+        Format::CsvBones => Box::new(bones::Bones::begin(sheet, out)?),
         Format::Parquet => Box::new(parquet::Parquet::begin(sheet, out)?),
         Format::Trc => Box::new(trc::Trc::begin(sheet, out)?),
         Format::C3d => Box::new(c3d::C3d::begin(sheet, out)?),

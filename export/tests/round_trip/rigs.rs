@@ -1,7 +1,7 @@
 //! BVH, GLB and FBX: the bones are where the pose has them, by readers that are not the writers.
 
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3};
-use posefuse_export::{Format, Names, Options, Preset, USUAL_RATES_HZ};
+use posefuse_export::{Axes, Format, Names, Options, Preset, USUAL_RATES_HZ};
 use posefuse_skeleton::{Joint, Position, Room};
 use serde_json::Value;
 
@@ -47,6 +47,45 @@ fn our_own_loader_reads_a_bvh_as_it_was_sent() {
         }
     }
     assert!(lift.unwrap().abs() < 0.05, "{lift:?}");
+}
+
+#[test]
+fn a_table_of_bones_has_them_where_the_pose_has_them() {
+    let take = walk();
+    let options = Options {
+        axes: Some(Axes::Unity),
+        names: Some(Names::Humanoid),
+        ..Options::of_format(Format::CsvBones)
+    };
+    let exported = Exported::of(&take, &options);
+    assert_eq!(exported.names(), ["walk.bones.csv"]);
+    let (rig, sent) = moved(&take, FIRST);
+    let text = exported.text("walk.bones.csv");
+    let rows: Vec<Vec<&str>> = text
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').collect())
+        .filter(|row: &Vec<&str>| row[3] == "person3")
+        .collect();
+    assert_eq!(rows.len(), FRAMES * rig.bones.len());
+    let number = |cell: &str| cell.parse::<f64>().unwrap();
+    let vector = |row: &[&str], from: usize| Vector3::from_fn(|axis, _| number(row[from + axis]));
+    for (frame, rows) in rows.chunks(rig.bones.len()).enumerate() {
+        let sent = sent[frame].as_ref().unwrap();
+        for (bone, (row, at)) in rig.bones.iter().zip(rows.iter().zip(sent)) {
+            assert_eq!((row[0], row[4]), (&*frame.to_string(), &*bone.name));
+            let unity = Axes::Unity.from_room();
+            assert!((unity * at.vector() - vector(row, 6)).norm() < 2e-6);
+            // What a bone carries is where its parent's turn puts it.
+            if let Some(parent) = bone.parent {
+                let turn = vector(rows[parent].as_slice(), 9);
+                let turn = Quaternion::from_parts(number(rows[parent][12]), turn);
+                let along = UnitQuaternion::new_normalize(turn) * (unity * bone.offset);
+                let reached = vector(rows[parent].as_slice(), 6) + along;
+                assert!((reached - vector(row, 6)).norm() < 5e-6, "{}", bone.name);
+            }
+        }
+    }
 }
 
 #[test]
