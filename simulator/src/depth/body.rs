@@ -18,7 +18,7 @@ const SPINE_AND_LEG: f32 = 0.75;
 /// A body's shapes, each with its tag's flags.
 pub(super) struct Flesh<'a> {
     joints: &'a JointMap<Position<Sensor>>,
-    build: &'a Build,
+    pub(super) build: &'a Build,
     /// How much bigger than somebody 1.75 m tall.
     scale: f32,
     pub(super) shapes: Vec<(Shape, u8)>,
@@ -66,7 +66,7 @@ pub(super) fn flesh(
         joints,
         build,
         scale: scale(joints),
-        shapes: Vec::with_capacity(48),
+        shapes: Vec::with_capacity(72),
     };
     flesh.trunk(head_turn as f32);
     flesh.limbs(hands_closed);
@@ -258,9 +258,9 @@ impl Flesh<'_> {
 
     fn limbs(&mut self, hands_closed: [bool; 2]) {
         use Joint::*;
-        for (arm, closed) in ARMS.into_iter().zip(hands_closed) {
+        for ((arm, side), closed) in ARMS.into_iter().zip([1.0, -1.0]).zip(hands_closed) {
             self.arm([arm[0], arm[1], arm[2]]);
-            hand::add(self, [arm[2], arm[3], arm[4], arm[5]], closed);
+            hand::add(self, [arm[2], arm[3], arm[4], arm[5]], side, closed);
         }
         let hips = self.at(HipLeft).zip(self.at(HipRight)).map(|(l, r)| l - r);
         self.leg([HipLeft, KneeLeft, AnkleLeft, FootLeft], hips);

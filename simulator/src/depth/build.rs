@@ -33,6 +33,14 @@ pub struct Build {
     pub hair_holes: f64,
     /// How thick soles are.
     pub soles_m: f64,
+    /// Size of the hands.
+    pub hand: f64,
+    /// How far the fingers of an open hand point apart: the outer ones from straight ahead, radians.
+    pub fingers_apart: f64,
+    /// How far they are bent at each joint, radians: an open hand is hardly ever flat.
+    pub fingers_bent: f64,
+    /// How loose a closed hand is: 0 clenched, 1 barely closed.
+    pub fist_loose: f64,
 }
 
 impl Default for Build {
@@ -52,6 +60,10 @@ impl Default for Build {
             long_hair_m: 0.0,
             hair_holes: 0.3,
             soles_m: 0.01,
+            hand: 1.0,
+            fingers_apart: 0.15,
+            fingers_bent: 0.15,
+            fist_loose: 0.2,
         }
     }
 }
@@ -87,6 +99,10 @@ impl Build {
         if stream.chance(0.6) {
             build.hair_holes = stream.between(0.05, 0.9);
         }
+        build.hand = (1.0 + 0.05 * stream.normal()).clamp(0.88, 1.14);
+        build.fingers_apart = stream.between(0.0, 0.35);
+        build.fingers_bent = stream.between(0.0, 0.55);
+        build.fist_loose = stream.uniform() * stream.uniform();
         build
     }
 }
