@@ -14,6 +14,4 @@ pub(crate) struct Estimate {
     pub(crate) visible: [f32; JOINT_COUNT],
     /// Sine and cosine of the heading against the line of sight; cosine above 0 faces the sensor.
     pub(crate) heading: [f32; 2],
-    /// The probability that the left and the right hand is closed.
-    pub(crate) hands: [f32; 2],
 }

@@ -101,7 +101,6 @@ fn exchange_sides(found: &mut Estimate) {
         found.sigma_m.swap(left, right);
         found.visible.swap(left, right);
     }
-    found.hands.swap(0, 1);
     // The way to the sensor stays.
     found.heading = found.heading.map(|part| -part);
 }
@@ -120,7 +119,6 @@ mod tests {
             sigma_m: [0.03; JOINT_COUNT],
             visible: [1.0; JOINT_COUNT],
             heading: [0.0, left.signum()],
-            hands: [0.0; 2],
         };
         for (l, r) in SIDE_PAIRS {
             found.joints[l as usize].x = left;

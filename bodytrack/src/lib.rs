@@ -14,6 +14,8 @@ mod estimate;
 mod facing;
 mod flesh;
 mod floor;
+mod grip;
+pub mod hand;
 mod lens;
 mod people;
 mod segments;

@@ -5,6 +5,7 @@ use crate::estimate::Estimate;
 use crate::facing::Heading;
 use crate::flesh::{Flesh, Joints};
 use crate::floor::Level;
+use crate::grip::Belief;
 use crate::lens::{Lens, V3};
 
 /// What a new person's surface may be, square metres, and how tall what is seen of it must be, metres.
@@ -50,6 +51,8 @@ pub(crate) struct Track {
     pub(crate) middle: V3,
     pub(crate) joints: Option<Joints>,
     pub(crate) heading: Heading,
+    /// What is believed of the left and the right hand.
+    pub(crate) hands: [Belief; 2],
     /// Where their surface is expected in this image.
     pub(crate) flesh: Flesh,
     /// When it was last seen, and first, ns.
@@ -76,6 +79,7 @@ impl Track {
             middle: group.middle,
             joints: None,
             heading: Heading::default(),
+            hands: [Belief::default(); 2],
             flesh: Flesh::default(),
             seen_ns: at_ns,
             born_ns: at_ns,

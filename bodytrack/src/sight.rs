@@ -98,7 +98,6 @@ impl Sight {
             sigma_m,
             visible: part("visible", JOINT_COUNT)?.try_into().ok()?,
             heading: part("heading", 2)?.try_into().ok()?,
-            hands: part("hands", 2)?.try_into().ok()?,
         })
     }
 }
@@ -107,13 +106,12 @@ impl Sight {
 fn check(file: &NetworkFile, path: &Path) -> Result<(), Refused> {
     let manifest = &file.manifest;
     let n = JOINT_COUNT;
-    let expected: [(&str, bool, &[usize]); 6] = [
+    let expected: [(&str, bool, &[usize]); 5] = [
         ("crop", true, &[CHANNELS, SIZE, SIZE]),
         ("joints", false, &[n, 3]),
         ("sigma", false, &[n]),
         ("visible", false, &[n]),
         ("heading", false, &[2]),
-        ("hands", false, &[2]),
     ];
     let wrong = |problem| Refused::Manifest {
         place: match path.as_os_str().is_empty() {

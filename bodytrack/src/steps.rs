@@ -13,17 +13,20 @@ pub enum Step {
     Crops,
     /// Running it.
     Network,
-    /// Taking in what it said, and learning the background.
+    /// Taking in what it said, and looking at the hands.
+    Hands,
+    /// Learning the background.
     Learning,
 }
 
 impl Step {
     /// All of them, in order.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Surfaces,
         Self::People,
         Self::Crops,
         Self::Network,
+        Self::Hands,
         Self::Learning,
     ];
 }

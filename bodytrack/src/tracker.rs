@@ -1,6 +1,6 @@
 //! The tracker: from one depth image to the next.
 
-use posefuse_models::Runtime;
+use posefuse_models::{RunError, Runtime};
 use posefuse_skeleton::{DepthImage, Intrinsics, Joint, Position};
 
 use crate::background::Background;
@@ -11,6 +11,7 @@ use crate::crop::CropFrame;
 use crate::estimate::Estimate;
 use crate::flesh::Flesh;
 use crate::floor::{Floor, Level};
+use crate::grip::Grips;
 use crate::lens::{Lens, V3};
 use crate::people::{People, candidates};
 use crate::segments::{Sample, Segments};
@@ -26,10 +27,6 @@ const LEAST_NEAR: f64 = 0.7;
 /// Of a person the network knows at least so many joints so surely.
 const SURE: f32 = 0.6;
 const SURE_JOINTS: usize = 6;
-/// A hand is looked at if its surface is seen with this probability.
-const HAND_SEEN: f32 = 0.5;
-/// A probability nearer to one half than this is no word at all.
-const HAND_TELLS: f32 = 0.2;
 /// Cosine from which on somebody faces the sensor, or turns their back to it.
 const FRONT: f32 = 0.5;
 
@@ -38,6 +35,7 @@ pub struct BodyTracker {
     config: TrackerConfig,
     camera: Intrinsics,
     sight: Sight,
+    grips: Grips,
     scene: Scene,
     people: People,
     segments: Segments,
@@ -78,6 +76,7 @@ impl BodyTracker {
         check_camera(&camera)?;
         Ok(Self {
             sight: Sight::open(&config)?,
+            grips: Grips::open(&config)?,
             scene: Scene::new(&config, &camera),
             people: People::default(),
             segments: Segments::default(),
@@ -154,10 +153,13 @@ impl BodyTracker {
         self.steps.end(Step::Crops);
         let estimates = self.sight.run(&frames)?;
         self.steps.end(Step::Network);
-        let found = self.take_in(&seen, estimates, at_ns);
+        let settled = self.take_in(&seen, estimates, at_ns);
+        self.learn_of_hands(image, &settled, at_ns)?;
+        self.steps.end(Step::Hands);
+        let bodies = self.bodies(&settled, at_ns);
         self.learn(at_ns);
         self.steps.end(Step::Learning);
-        Ok(found)
+        Ok(bodies)
     }
 
     /// Thins the image and finds the surfaces in it.
@@ -238,13 +240,13 @@ impl BodyTracker {
         (frames, seen)
     }
 
-    /// Takes in what the network said of those who are seen; gives those who are sure to be people.
+    /// Takes in what the network said of those who are seen; gives what it says of those who have an id.
     fn take_in(
         &mut self,
         seen: &[(usize, V3)],
         estimates: Vec<Option<Estimate>>,
         at_ns: i64,
-    ) -> Vec<TrackedBody> {
+    ) -> Vec<(usize, Estimate)> {
         let Scene {
             lens,
             floor,
@@ -275,28 +277,43 @@ impl BodyTracker {
         self.told.push(0);
         let ids = self.people.tracks.iter().map(|track| track.id);
         self.told.extend(ids);
+        settled.retain(|(number, _)| self.people.tracks[*number].id > 0);
+        settled
+    }
+
+    /// Looks at the hands of those who have an id.
+    fn learn_of_hands(
+        &mut self,
+        image: &DepthImage,
+        settled: &[(usize, Estimate)],
+        at_ns: i64,
+    ) -> Result<(), RunError> {
+        for (number, found) in settled {
+            self.grips.look(image, &self.camera, *number, found);
+        }
+        for (number, side, logit) in self.grips.run()? {
+            self.people.tracks[number].hands[side].take(logit, at_ns);
+        }
+        Ok(())
+    }
+
+    fn bodies(&self, settled: &[(usize, Estimate)], at_ns: i64) -> Vec<TrackedBody> {
+        let level = self.scene.floor.level();
         let mut bodies: Vec<TrackedBody> = settled
             .iter()
-            .filter(|(number, _)| self.people.tracks[*number].id > 0)
-            .map(|(number, estimate)| self.body(*number, estimate, &level))
+            .map(|(number, found)| self.body(*number, found, &level, at_ns))
             .collect();
         bodies.sort_by_key(|body| body.id);
         bodies
     }
 
-    fn body(&self, number: usize, found: &Estimate, level: &Level) -> TrackedBody {
+    fn body(&self, number: usize, found: &Estimate, level: &Level, at_ns: i64) -> TrackedBody {
         let track = &self.people.tracks[number];
         let joint = |joint: Joint| {
             let index = joint as usize;
             let at = Position::from_vector(found.joints[index].cast());
             let trust = confidence(found.sigma_m[index], found.visible[index]);
             (joint, (at, trust))
-        };
-        let hand = |joint: Joint, side: usize| {
-            let closed = found.hands[side].clamp(0.0, 1.0);
-            let tells =
-                found.visible[joint as usize] > HAND_SEEN && (closed - 0.5).abs() > HAND_TELLS;
-            tells.then_some(f64::from(closed))
         };
         let towards = track.heading.towards_sensor(level, &track.middle);
         TrackedBody {
@@ -307,7 +324,7 @@ impl BodyTracker {
                 cosine if cosine < -FRONT => Facing::Back,
                 _ => Facing::Side,
             }),
-            hands_closed: [hand(Joint::HandLeft, 0), hand(Joint::HandRight, 1)],
+            hands_closed: track.hands.map(|hand| hand.closed(at_ns)),
         }
     }
 

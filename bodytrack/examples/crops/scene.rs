@@ -21,15 +21,14 @@ const APART_M: f64 = 0.32;
 
 /// A scene before its camera.
 pub(crate) struct Staged {
-    scene: Scene,
-    room_from_sensor: Transform<Room, Sensor>,
-    camera: DepthCamera,
+    pub(crate) scene: Scene,
+    pub(crate) room_from_sensor: Transform<Room, Sensor>,
+    pub(crate) camera: DepthCamera,
     seed: u64,
 }
 
-/// Draws a scene.
-pub(crate) fn stage(poses: &Poses, chance: &mut Chance) -> Staged {
-    let camera = camera(chance);
+/// Draws a scene for a camera.
+pub(crate) fn stage(poses: &Poses, camera: DepthCamera, chance: &mut Chance) -> Staged {
     let half_view = 0.5 * camera.intrinsics.view()[0];
     let first = {
         let distance = chance.between(0.8, 4.6);
@@ -70,7 +69,8 @@ pub(crate) fn stage(poses: &Poses, chance: &mut Chance) -> Staged {
     }
 }
 
-fn camera(chance: &mut Chance) -> DepthCamera {
+/// A camera of any kind.
+pub(crate) fn camera(chance: &mut Chance) -> DepthCamera {
     let mut camera = match chance.below(8) {
         0..=3 => DepthCamera::structured_light(320, 240),
         4 => DepthCamera::structured_light(160, 120),
@@ -138,16 +138,25 @@ fn blocks(first: &Vector3<f64>, chance: &mut Chance) -> Vec<Block> {
 }
 
 impl Staged {
+    /// What the camera sees.
+    pub(crate) fn view(&self) -> DepthView {
+        self.scene
+            .view(&self.room_from_sensor, &self.camera, self.seed)
+    }
+
+    /// Somebody's joints as the sensor has them.
+    pub(crate) fn here(&self, figure: &Figure) -> JointMap<Position<Sensor>> {
+        let sensor_from_room = self.room_from_sensor.inverse();
+        figure.joints.map(|_, p| sensor_from_room.apply(*p))
+    }
+
     /// Renders and writes everybody of whom enough is seen.
     pub(crate) fn write(&self, chance: &mut Chance, writer: &mut Writer) -> io::Result<()> {
-        let view = self
-            .scene
-            .view(&self.room_from_sensor, &self.camera, self.seed);
-        let sensor_from_room = self.room_from_sensor.inverse();
+        let view = self.view();
         let mut cropper = Cropper::default();
         let mut numbers = Vec::new();
         for figure in &self.scene.figures {
-            let joints = figure.joints.map(|_, p| sensor_from_room.apply(*p));
+            let joints = self.here(figure);
             let visible = Joint::ALL.map(|joint| self.sees(&view, figure.number, joint, &joints));
             if visible.iter().filter(|seen| **seen).count() < LEAST_JOINTS {
                 continue;
