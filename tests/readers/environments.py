@@ -1,0 +1,57 @@
+"""What readers are installed into: an environment each, because they want different versions of the same packages.
+
+An environment is made once, and again when its requirements change.
+"""
+import pathlib
+import shutil
+import subprocess
+
+#: The Python that wheels of Blender's module are made for.
+PYTHON = (3, 11)
+
+
+class Unavailable(Exception):
+    """A reader cannot be had on this machine; the words say why and what would help."""
+
+
+def python(tools: pathlib.Path, requirements: pathlib.Path) -> pathlib.Path:
+    """The Python of the environment that these requirements ask for."""
+    folder = tools / "readers" / requirements.stem
+    interpreter, done = folder / "bin/python", folder / "requirements.done"
+    if done.exists() and done.read_bytes() == requirements.read_bytes():
+        return interpreter
+    shutil.rmtree(folder, ignore_errors=True)
+    run([base(), "-m", "venv", folder])
+    run([interpreter, "-m", "pip", "install", "-q", "--disable-pip-version-check", "-r", requirements])
+    shutil.copy(requirements, done)
+    return interpreter
+
+
+def base() -> str:
+    """A Python of the version that all readers have wheels for."""
+    name = "python{}.{}".format(*PYTHON)
+    for candidate in (name, "python3"):
+        if (found := shutil.which(candidate)) is None:
+            continue
+        check = f"import sys, ensurepip; sys.exit(sys.version_info[:2] != {PYTHON})"
+        if subprocess.run([found, "-c", check], capture_output=True).returncode == 0:
+            return found
+    raise Unavailable(f"needs {name} with venv, which is not here: install it (Debian 12: apt-get install python3-venv)")
+
+
+def run(command: list):
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    if done.returncode != 0:
+        raise RuntimeError(f"{' '.join(map(str, command))} gave {done.returncode}:\n{done.stdout}\n{done.stderr}")
+
+
+def node_modules(tools: pathlib.Path, package: pathlib.Path) -> pathlib.Path:
+    """The modules that this folder's `package-lock.json` asks for."""
+    folder, lock = tools / "readers" / package.name, package / "package-lock.json"
+    done = folder / "lock.done"
+    if not (done.exists() and done.read_bytes() == lock.read_bytes()):
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(package, folder, ignore=shutil.ignore_patterns("node_modules"))
+        run(["npm", "ci", "--no-audit", "--no-fund", "--silent", "--prefix", folder])
+        shutil.copy(lock, done)
+    return folder / "node_modules"
