@@ -101,6 +101,7 @@ mod tests {
             skeleton: person.joints.map(|_, position| {
                 JointState::measured(position.moved(offset), 0.01, Confidence::FULL, sensor)
             }),
+            hands: [None; 2],
         }
     }
 

@@ -69,6 +69,7 @@ impl Mover {
             since: *self.since.get_or_insert(time),
             sensors: SensorSet::EMPTY,
             skeleton: skeleton.clone(),
+            hands: [None; 2],
         };
         Some(self.solver.step(&track, time)?.pose)
     }

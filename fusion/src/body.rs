@@ -10,6 +10,8 @@ pub(crate) struct Body {
     pub(crate) mask: u32,
     pub(crate) position: [Vector3<f64>; JOINT_COUNT],
     pub(crate) confidence: [f32; JOINT_COUNT],
+    /// The probability that the left and the right hand is closed, where the tracker tells.
+    pub(crate) hands_closed: [Option<f32>; 2],
 }
 
 impl Default for Body {
@@ -18,6 +20,7 @@ impl Default for Body {
             mask: 0,
             position: [Vector3::zeros(); JOINT_COUNT],
             confidence: [0.0; JOINT_COUNT],
+            hands_closed: [None; 2],
         }
     }
 }
@@ -54,6 +57,10 @@ impl Body {
             let (had_left, had_right) = (self.has(left), self.has(right));
             self.mask &= !(1 << left | 1 << right);
             self.mask |= u32::from(had_right) << left | u32::from(had_left) << right;
+        }
+        let [upper, _] = halves;
+        if upper {
+            self.hands_closed.swap(0, 1);
         }
     }
 }
@@ -94,14 +101,17 @@ mod tests {
         let mut body = Body::default();
         body.set(Joint::WristLeft as usize, Vector3::x(), 0.5);
         body.set(Joint::Head as usize, Vector3::z(), 1.0);
+        body.hands_closed = [Some(0.9), None];
         let before = body.clone();
         body.mirror([true; 2]);
         assert_eq!(body.get(Joint::WristRight), Some(Vector3::x()));
         assert_eq!(body.get(Joint::WristLeft), None);
+        assert_eq!(body.hands_closed, [None, Some(0.9)]);
         assert_eq!(body.get(Joint::Head), Some(Vector3::z()));
         body.mirror([true; 2]);
         assert_eq!(body.mask, before.mask);
         body.mirror([false, true]);
         assert_eq!(body.get(Joint::WristLeft), Some(Vector3::x()), "legs only");
+        assert_eq!(body.hands_closed, [Some(0.9), None], "legs only");
     }
 }

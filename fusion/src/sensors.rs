@@ -193,6 +193,7 @@ impl SensorState {
                     .body
                     .set(joint as usize, position, state.confidence.get());
             }
+            there.body.hands_closed = body.hands_closed.map(|closed| closed.map(|p| p.get()));
             placed.push(there);
         }
         self.used += u64::from(fresh);

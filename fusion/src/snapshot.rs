@@ -11,7 +11,7 @@ use crate::{ClockSample, Config, Engine, Input};
 pub const BUILD: &str = env!("POSEFUSE_FUSION_BUILD");
 
 /// First bytes of a snapshot; the number goes up when its layout changes.
-const MAGIC: &[u8; 8] = b"PFENG\x003\n";
+const MAGIC: &[u8; 8] = b"PFENG\x004\n";
 
 /// Why a snapshot could not be written or read.
 #[derive(Debug, Error)]

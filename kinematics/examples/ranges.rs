@@ -96,5 +96,6 @@ fn track(joints: &JointMap<Position<Room>>) -> Track {
             confidence: Confidence::FULL,
             provenance: Provenance::Measured(sensors),
         }),
+        hands: [None; 2],
     }
 }

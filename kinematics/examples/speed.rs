@@ -96,6 +96,7 @@ fn tracks(seed: u64, seconds: f64) -> Vec<Track> {
                 confidence: Confidence::FULL,
                 provenance: Provenance::Measured(sensors),
             }),
+        hands: [None; 2],
     };
     (0..(seconds * RATE_HZ) as usize).map(&mut track).collect()
 }

@@ -185,7 +185,7 @@ impl Default for LookConfig {
     }
 }
 
-/// `hands`: agents' votes become a state that does not flicker.
+/// `hands`: agents' votes become a state that does not flicker, and fingers bend in closed hands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HandsConfig {
@@ -199,6 +199,10 @@ pub struct HandsConfig {
     pub news_s: f64,
     /// Closed from this probability on; open from one minus this on.
     pub decide: f64,
+    /// How far fingers bend in a closed hand, degrees: 0 (they stay as fitted) to 110.
+    pub bend_deg: f64,
+    /// How long a hand takes to close or to open, seconds.
+    pub settle_s: f64,
 }
 
 impl Default for HandsConfig {
@@ -209,6 +213,8 @@ impl Default for HandsConfig {
             changes_per_s: 0.5,
             news_s: 0.1,
             decide: 0.7,
+            bend_deg: 80.0,
+            settle_s: 0.2,
         }
     }
 }
@@ -279,6 +285,8 @@ impl Config {
             ("hands.changes_per_s", hands.changes_per_s, 0.001, 10.0),
             ("hands.news_s", hands.news_s, 0.001, 10.0),
             ("hands.decide", hands.decide, 0.5, 0.999),
+            ("hands.bend_deg", hands.bend_deg, 0.0, 110.0),
+            ("hands.settle_s", hands.settle_s, 0.01, 5.0),
         ];
         let wrong =
             |(_, found, low, high): &&(&str, f64, f64, f64)| !(*low..=*high).contains(found);

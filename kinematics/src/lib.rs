@@ -17,6 +17,7 @@ mod crowd;
 mod direct;
 mod feet;
 mod fit;
+mod grip;
 mod hands;
 mod look;
 mod posture;

@@ -1,9 +1,7 @@
 //! One person, frame by frame.
 
 use nalgebra::{Matrix3, Vector3};
-use posefuse_skeleton::{
-    Confidence, Joint, JointMap, JointState, Position, Room, Timestamp, Track,
-};
+use posefuse_skeleton::{HandVotes, Joint, JointMap, JointState, Position, Room, Timestamp, Track};
 
 use crate::angles::{Angle, angles};
 use crate::body::Body;
@@ -12,6 +10,7 @@ use crate::config::{Config, LookAt, Start};
 use crate::direct;
 use crate::feet::{Feet, Held, POINTS};
 use crate::fit::{Fitted, Fitter, Target};
+use crate::grip::Grips;
 use crate::hands::HandFilter;
 use crate::look::Look;
 use crate::posture::{Offsets, Placed, Posture, offsets};
@@ -40,7 +39,7 @@ use crate::solved::{Solved, residual};
 ///         Some((bone.joint?, JointState::measured(at, 0.01, Confidence::FULL, sensor)))
 ///     })
 ///     .collect();
-/// let track = Track { id: TrackId(1), since: Timestamp::ZERO, sensors: SensorSet::only(sensor), skeleton };
+/// let track = Track { id: TrackId(1), since: Timestamp::ZERO, sensors: SensorSet::only(sensor), skeleton, hands: [None; 2] };
 ///
 /// let mut solver = Solver::new(&body, Config::default());
 /// let solved = solver.step(&track, Timestamp::ZERO).expect("a trunk was seen");
@@ -55,10 +54,14 @@ pub struct Solver {
     offsets: Offsets,
     config: Config,
     fitter: Fitter,
+    /// As fitted: where the next fit begins.
     last: Option<(Timestamp, Posture)>,
+    /// As given out.
+    made: Option<Posture>,
     feet: Feet,
     look: Look,
     hands: [HandFilter; 2],
+    grips: Grips,
 }
 
 /// After longer than this without a frame, what was before says nothing of how a person moves, seconds.
@@ -69,6 +72,8 @@ const ELAPSED_S: (f64, f64) = (1.0 / 240.0, 0.2);
 const FIRST_ITERATIONS: usize = 30;
 /// A joint this far from where it was fused, metres, may be one that the fit cannot reach from the frame before.
 const LOST_M: f64 = 0.08;
+/// More sensors than this see no hand at once that differ in what they see.
+const MOST_VOTES: usize = 8;
 /// How firmly a foot lies where it was fused, metres of standard deviation: what keeping it begins and ends with.
 const LOOSE_M: f64 = 0.015;
 
@@ -85,9 +90,11 @@ impl Solver {
             rig,
             config,
             last: None,
+            made: None,
             feet: Feet::default(),
             look: Look::default(),
             hands: [hand.clone(), hand],
+            grips: Grips::default(),
         }
     }
 
@@ -111,17 +118,20 @@ impl Solver {
 
     /// The joints' angles in the pose that came last, degrees; none before the first.
     pub fn angles(&self) -> Vec<Angle> {
-        self.last
-            .as_ref()
-            .map_or_else(Vec::new, |(_, posture)| angles(posture))
+        self.made.as_ref().map_or_else(Vec::new, angles)
     }
 
-    /// What sensors say of the left and the right hand at `at`: of each the probability that it is closed. Goes into the
-    /// next [`Solver::step`].
-    pub fn vote(&mut self, closed: [&[Confidence]; 2], at: Timestamp) {
+    /// Takes in what sensors say of the hands at `at`.
+    fn vote(&mut self, hands: &[Option<HandVotes>; 2], at: Timestamp) {
         if self.config.hands.enabled {
-            for (hand, closed) in self.hands.iter_mut().zip(closed) {
-                hand.vote(closed, at);
+            for (hand, votes) in self.hands.iter_mut().zip(hands) {
+                match votes {
+                    Some(votes) => {
+                        let many = usize::from(votes.sensors).min(MOST_VOTES);
+                        hand.vote(&[votes.closed; MOST_VOTES][..many], at);
+                    }
+                    None => hand.vote(&[], at),
+                }
             }
         }
     }
@@ -153,6 +163,7 @@ impl Solver {
             Some(seen[joint]?.position.vector())
         });
         let passed = elapsed.unwrap_or(ELAPSED_S.0);
+        self.vote(&track.hands, at);
         let flat = self.flat_heights();
         self.feet
             .step(&places, &flat, at, passed, &self.config.feet);
@@ -267,7 +278,7 @@ impl Solver {
         }
     }
 
-    /// Adds toes and gaze, and makes the answer.
+    /// Adds toes, gaze and closed hands, and makes the answer.
     fn finish(
         &mut self,
         fitted: Fitted,
@@ -292,13 +303,21 @@ impl Solver {
                 joints[Joint::Head] = Some(Position::from_vector(head));
             }
         }
-        self.last = Some((at, posture));
+        self.last = Some((at, posture.clone()));
+        let hands = [0, 1].map(|side| self.hands[side].state());
+        self.grips.step(&hands, &self.config.hands, elapsed);
+        if self.config.extra.fingers {
+            let body = (&self.offsets, &placed);
+            let (hands, grips) = (&self.config.hands, &self.grips);
+            grips.bend(hands, body, &mut posture, &mut pose, &mut joints);
+        }
+        self.made = Some(posture);
         Solved {
             residual_m: residual(&joints, seen),
             pose,
             joints,
             contacts: self.feet.contacts(),
-            hands: [0, 1].map(|side| self.hands[side].state()),
+            hands,
         }
     }
 

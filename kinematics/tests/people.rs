@@ -5,7 +5,7 @@
 mod support;
 
 use posefuse_kinematics::{Body, Config, HandFilter, HandsConfig, Solver};
-use posefuse_skeleton::{Confidence, Joint, Position, Room, Track};
+use posefuse_skeleton::{Confidence, HandVotes, Joint, Position, Room, Track};
 use support::{RATE_HZ, at, body, exact, mean_error, noise, noisy, performance};
 
 #[test]
@@ -162,4 +162,46 @@ fn configuration_reads_what_it_writes_and_refuses_the_rest() {
     wrong.look.settle_s = f64::NAN;
     let told = wrong.validate().unwrap_err().to_string();
     assert!(told.contains("look.settle_s"), "{told}");
+}
+
+#[test]
+fn fingers_bend_while_sensors_say_closed_and_only_where_that_is_wanted() {
+    let person = performance(1);
+    let body = body(&person);
+    let bend = |bend_deg: f64, votes: [Option<f32>; 2]| {
+        let mut config = Config::default();
+        config.hands.bend_deg = bend_deg;
+        let mut solver = Solver::new(&body, config);
+        let mut last = None;
+        for frame in 0..60 {
+            let mut track = exact(&person.pose(0, frame as f64 / RATE_HZ));
+            track.hands = votes.map(|closed| {
+                Some(HandVotes {
+                    closed: Confidence::new(closed?).unwrap(),
+                    sensors: 2,
+                })
+            });
+            last = solver.step(&track, at(frame));
+        }
+        let solved = last.unwrap();
+        let placed = solver.rig().place(&solved.pose);
+        for (bone, (origin, _)) in solver.rig().bones.iter().zip(&placed) {
+            if let Some(joint) = bone.joint {
+                assert!(solved.joints[joint].unwrap().distance(*origin) < 1e-9);
+            }
+        }
+        let angles = solver.angles();
+        let of = |bone| angles.iter().find(|angle| angle.bone == bone).unwrap();
+        let fingers = ["LeftFingers", "RightFingers"].map(|bone| of(bone).degrees);
+        (fingers, solved.hands.map(|hand| Some(hand?.closed)))
+    };
+    let (fitted, unknown) = bend(80.0, [None, None]);
+    assert_eq!(unknown, [None, None]);
+    let (fingers, hands) = bend(80.0, [Some(0.9), Some(0.1)]);
+    assert_eq!(hands, [Some(true), Some(false)]);
+    assert!((fingers[0] - 80.0).abs() < 1e-9, "{fingers:?}");
+    assert!(fitted[0] < 60.0, "{fitted:?} shows nothing of it");
+    assert_eq!(fingers[1], fitted[1], "open hands are as fitted");
+    let (fingers, hands) = bend(0.0, [Some(0.9), Some(0.1)]);
+    assert_eq!((fingers, hands[0]), (fitted, Some(true)));
 }

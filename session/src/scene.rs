@@ -197,6 +197,7 @@ mod tests {
             since: posefuse_skeleton::Timestamp::ZERO,
             sensors: SensorSet::EMPTY,
             skeleton,
+            hands: [None; 2],
         };
         let entity = person(&track, 1_500_000_000);
         assert_eq!(entity.spheres.len(), 3);

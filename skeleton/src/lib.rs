@@ -30,4 +30,4 @@ pub use observation::{Body, Observation};
 pub use sensor::{SensorId, SensorIdError, SensorInfo, SensorSet};
 pub use skeleton::{JointMap, JointState, Provenance, Skeleton};
 pub use time::{AgentTime, Clock, SensorClock, ServerClock, Time, Timestamp};
-pub use track::{RoomFrame, Track, TrackId};
+pub use track::{HandVotes, RoomFrame, Track, TrackId};

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Room, SensorSet, Skeleton, Timestamp};
+use crate::{Confidence, Room, SensorSet, Skeleton, Timestamp};
 
 /// A person's number, never reused within a server run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -28,6 +28,19 @@ pub struct Track {
     pub sensors: SensorSet,
     /// The pose in the room.
     pub skeleton: Skeleton<Room>,
+    /// What sensors say of the left and the right hand in this frame; `None` where none says anything.
+    #[serde(default)]
+    pub hands: [Option<HandVotes>; 2],
+}
+
+/// What the sensors say of one hand in one frame. Single votes are often wrong: `posefuse-kinematics` makes a state of them
+/// that does not flicker.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HandVotes {
+    /// The mean of their probabilities that the hand is closed.
+    pub closed: Confidence,
+    /// How many sensors voted, 1 or more.
+    pub sensors: u8,
 }
 
 /// Everybody in the room at one instant.

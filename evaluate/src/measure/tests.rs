@@ -38,6 +38,7 @@ fn frame(number: usize, time: Timestamp, people: &[TruePerson]) -> RoomFrame {
         skeleton: person
             .joints
             .map(|_, p| JointState::measured(*p, 0.01, Confidence::FULL, sensor)),
+        hands: [None; 2],
     };
     RoomFrame {
         number: number as u64,

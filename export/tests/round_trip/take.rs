@@ -68,6 +68,7 @@ pub(crate) fn walk() -> TakeReader {
                     since: START,
                     sensors: Default::default(),
                     skeleton: measured(&person.joints),
+                    hands: [None; 2],
                 });
             }
         }
@@ -94,6 +95,7 @@ pub(crate) fn crowd(people: u64) -> TakeReader {
             since: START,
             sensors: Default::default(),
             skeleton: skeleton.clone(),
+            hands: [None; 2],
         };
         let frame = RoomFrame {
             number: frame as u64,
@@ -130,6 +132,7 @@ pub(crate) fn moved(take: &TakeReader, person: u64) -> (Rig, Vec<Option<Vec<Posi
             since,
             sensors: Default::default(),
             skeleton,
+            hands: [None; 2],
         })
     });
     let tracks: Vec<Option<Track>> = tracks.collect();

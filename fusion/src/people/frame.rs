@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 use posefuse_skeleton::{
-    Confidence, JOINT_COUNT, Joint, JointState, Position, Provenance, RoomFrame, SensorId,
-    SensorSet, Skeleton, Timestamp, Track,
+    Confidence, HandVotes, JOINT_COUNT, Joint, JointState, Position, Provenance, RoomFrame,
+    SensorId, SensorSet, Skeleton, Timestamp, Track,
 };
 
 use super::track::{JointEstimate, Source};
@@ -56,11 +56,12 @@ impl People {
         self.merge(time, &config.associate);
         self.give_ids(time, &config.associate);
         let show_ns = config.associate.show_ns();
+        let max_age_ns = config.intake.max_age_ns();
         let mut shown: Vec<Track> = self
             .tracks
             .iter()
             .filter(|t| time.since_ns(t.last_seen) <= show_ns && !t.is_nowhere())
-            .filter_map(|t| t.shown(time, show_ns))
+            .filter_map(|t| t.shown(time, show_ns, max_age_ns))
             .collect();
         shown.sort_unstable_by_key(|track| track.id);
         shown
@@ -94,8 +95,9 @@ impl People {
 }
 
 impl TrackState {
-    /// As the outside sees it at `time`, if it is a person: the joints seen within `show_ns`.
-    fn shown(&self, time: Timestamp, show_ns: i64) -> Option<Track> {
+    /// As the outside sees it at `time`, if it is a person: the joints seen within `show_ns`, the hands within
+    /// `max_age_ns`.
+    fn shown(&self, time: Timestamp, show_ns: i64, max_age_ns: i64) -> Option<Track> {
         let mut skeleton = Skeleton::empty();
         for (joint, known) in Joint::ALL.into_iter().zip(&self.pose) {
             let fresh = known
@@ -113,6 +115,25 @@ impl TrackState {
             since: self.since,
             sensors: self.sensors,
             skeleton,
+            hands: self.hands(time, max_age_ns),
+        })
+    }
+
+    /// What the sensors say of the hands at `time`.
+    fn hands(&self, time: Timestamp, max_age_ns: i64) -> [Option<HandVotes>; 2] {
+        [0, 1].map(|side| {
+            let (mut sum, mut sensors) = (0.0, 0u8);
+            let views = self.sources.iter();
+            for view in views.filter_map(|source| source.view(time, max_age_ns)) {
+                if let Some(closed) = view.hand_closed(side) {
+                    sum += closed;
+                    sensors += 1;
+                }
+            }
+            (sensors > 0).then(|| HandVotes {
+                closed: Confidence::saturating(sum / f32::from(sensors)),
+                sensors,
+            })
         })
     }
 

@@ -95,6 +95,15 @@ pub(crate) struct View<'a> {
 }
 
 impl View<'_> {
+    /// The probability that the left (0) or the right (1) hand is closed.
+    pub(crate) fn hand_closed(&self, side: usize) -> Option<f32> {
+        let of = |sample: &Sample| sample.body.hands_closed[side];
+        match self.next {
+            Some((next, share)) if share > 0.5 => of(next),
+            _ => of(self.near),
+        }
+    }
+
     /// Joint number `index` at the instant: position, confidence, seconds it was moved.
     pub(crate) fn joint(
         &self,

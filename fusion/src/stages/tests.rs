@@ -13,6 +13,7 @@ fn frame(index: i64, people: &[(u64, Skeleton<posefuse_skeleton::Room>)]) -> Roo
         since: Timestamp::ZERO,
         sensors: SensorSet::EMPTY,
         skeleton: skeleton.clone(),
+        hands: [None; 2],
     };
     RoomFrame {
         number: 0,

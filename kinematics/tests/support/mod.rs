@@ -44,6 +44,7 @@ pub(crate) fn noisy(
             confidence: Confidence::FULL,
             provenance: Provenance::Measured(sensors),
         }),
+        hands: [None; 2],
     }
 }
 

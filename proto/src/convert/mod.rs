@@ -32,6 +32,14 @@ pub enum WireError {
         /// What there is.
         found: usize,
     },
+    /// A fused person has two hands, or nothing is said of them.
+    #[error(
+        "track {track}: `hands_closed` and `hands_sensors` need 2 numbers each (left, right) or none"
+    )]
+    TrackHands {
+        /// The track's number.
+        track: u64,
+    },
     /// More bodies than any tracker gives.
     #[error("a frame has at most {max} bodies, found {found}", max = Observation::MAX_BODIES)]
     TooManyBodies {

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3;
 use posefuse_skeleton::{
-    Confidence, JOINT_COUNT, Joint, JointState, Position, Provenance, RoomFrame, SensorSet,
-    Skeleton, Timestamp, Track, TrackId,
+    Confidence, HandVotes, JOINT_COUNT, Joint, JointState, Position, Provenance, RoomFrame,
+    SensorSet, Skeleton, Timestamp, Track, TrackId,
 };
 
 use super::WireError;
@@ -46,7 +46,16 @@ fn track_to_wire(track: &Track) -> v1::Track {
         confidences: Vec::with_capacity(JOINT_COUNT),
         provenances: Vec::with_capacity(JOINT_COUNT),
         joint_sensors: Vec::with_capacity(JOINT_COUNT),
+        hands_closed: Vec::new(),
+        hands_sensors: Vec::new(),
     };
+    if track.hands != [None; 2] {
+        for hand in track.hands {
+            let votes = hand.map_or((0.0, 0), |votes| (votes.closed.get(), votes.sensors));
+            wire.hands_closed.push(votes.0);
+            wire.hands_sensors.push(votes.1.into());
+        }
+    }
     for joint in Joint::ALL {
         let Some(state) = &track.skeleton[joint] else {
             wire.positions.extend([0.0; 3]);
@@ -102,7 +111,21 @@ fn track_from_wire(wire: &v1::Track) -> Result<Track, WireError> {
         since: Timestamp::from_ns(wire.since_ns),
         sensors: SensorSet::from_bits(wire.sensors),
         skeleton,
+        hands: hands_from_wire(wire)?,
     })
+}
+
+fn hands_from_wire(wire: &v1::Track) -> Result<[Option<HandVotes>; 2], WireError> {
+    let hand = |closed: f32, sensors: u32| {
+        let sensors = u8::try_from(sensors).unwrap_or(u8::MAX);
+        let closed = Confidence::new(closed).ok().filter(|_| sensors > 0)?;
+        Some(HandVotes { closed, sensors })
+    };
+    match (&wire.hands_closed[..], &wire.hands_sensors[..]) {
+        ([], []) => Ok([None; 2]),
+        (&[left, right], &[of_left, of_right]) => Ok([hand(left, of_left), hand(right, of_right)]),
+        _ => Err(WireError::TrackHands { track: wire.id }),
+    }
 }
 
 fn joint_from_wire(
@@ -172,10 +195,24 @@ mod tests {
                 since,
                 sensors,
                 skeleton,
+                hands: [
+                    None,
+                    Some(HandVotes {
+                        closed: Confidence::new(0.25).unwrap(),
+                        sensors: 3,
+                    }),
+                ],
             }],
         };
         let mut wire = room_frame_to_wire(&frame);
         assert_eq!(room_frame_from_wire(&wire).unwrap(), frame);
+        wire.tracks[0].hands_sensors.pop();
+        let error = room_frame_from_wire(&wire).unwrap_err().to_string();
+        assert!(error.contains("hands_sensors"), "{error}");
+        wire.tracks[0].hands_sensors.clear();
+        wire.tracks[0].hands_closed.clear();
+        let older = room_frame_from_wire(&wire).unwrap();
+        assert_eq!(older.tracks[0].hands, [None; 2], "before hands were told");
         wire.tracks[0].positions.pop();
         let error = room_frame_from_wire(&wire).unwrap_err().to_string();
         assert!(

@@ -108,6 +108,12 @@ pub struct Track {
     /// 25 sets of sensors behind each joint; bit i is sensor i.
     #[prost(fixed64, repeated, tag = "8")]
     pub joint_sensors: ::prost::alloc::vec::Vec<u64>,
+    /// What sensors say of the left and the right hand in this frame: the mean of their probabilities that it is closed, and
+    /// how many sensors say so, 0 where none does. Both empty where none says anything of either hand.
+    #[prost(float, repeated, tag = "9")]
+    pub hands_closed: ::prost::alloc::vec::Vec<f32>,
+    #[prost(uint32, repeated, tag = "10")]
+    pub hands_sensors: ::prost::alloc::vec::Vec<u32>,
 }
 /// Everybody in the room at one instant.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -976,7 +982,7 @@ pub struct RepairStatus {
     #[prost(string, tag = "9")]
     pub trouble: ::prost::alloc::string::String,
 }
-#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+#[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SinkStatus {
     #[prost(string, tag = "1")]
     pub name: ::prost::alloc::string::String,
@@ -984,6 +990,32 @@ pub struct SinkStatus {
     pub delivered: u64,
     #[prost(uint64, tag = "3")]
     pub dropped: u64,
+    #[prost(enumeration = "SinkState", tag = "4")]
+    pub state: i32,
+    /// Where it goes, in words, e.g. `udp 127.0.0.1:39539`; empty: to whoever asks.
+    #[prost(string, tag = "5")]
+    pub place: ::prost::alloc::string::String,
+    /// Most frames a second; 0: every one.
+    #[prost(double, tag = "6")]
+    pub rate_hz: f64,
+    /// Programs that are connected; absent where it cannot be known.
+    #[prost(uint32, optional, tag = "7")]
+    pub clients: ::core::option::Option<u32>,
+    /// What it adds, from the fused frame to the operating system, milliseconds, of the latest frames.
+    #[prost(double, optional, tag = "8")]
+    pub p50_ms: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "9")]
+    pub p99_ms: ::core::option::Option<f64>,
+    /// What is wrong and what to do, in words; empty when nothing is.
+    #[prost(string, tag = "10")]
+    pub trouble: ::prost::alloc::string::String,
+}
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct SwitchSinkRequest {
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    #[prost(bool, tag = "2")]
+    pub on: bool,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Take {
@@ -1520,6 +1552,40 @@ impl SensorState {
             "SENSOR_STATE_LIVE" => Some(Self::Live),
             "SENSOR_STATE_STALLED" => Some(Self::Stalled),
             "SENSOR_STATE_DISCONNECTED" => Some(Self::Disconnected),
+            _ => None,
+        }
+    }
+}
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum SinkState {
+    /// Always on: it is there for whoever asks.
+    Unspecified = 0,
+    Off = 1,
+    Running = 2,
+    /// On, but it does not work: `trouble` says why. It is tried again.
+    Failing = 3,
+}
+impl SinkState {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::Unspecified => "SINK_STATE_UNSPECIFIED",
+            Self::Off => "SINK_STATE_OFF",
+            Self::Running => "SINK_STATE_RUNNING",
+            Self::Failing => "SINK_STATE_FAILING",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "SINK_STATE_UNSPECIFIED" => Some(Self::Unspecified),
+            "SINK_STATE_OFF" => Some(Self::Off),
+            "SINK_STATE_RUNNING" => Some(Self::Running),
+            "SINK_STATE_FAILING" => Some(Self::Failing),
             _ => None,
         }
     }
@@ -2215,6 +2281,29 @@ pub mod room_client {
             req.extensions_mut().insert(GrpcMethod::new("posefuse.v1.Room", "PlanRoom"));
             self.inner.unary(req, path, codec).await
         }
+        /// Switches a live output on or off until the server ends; the configuration says how it begins. NOT_FOUND: there is none
+        /// of that name that can be switched.
+        pub async fn switch_sink(
+            &mut self,
+            request: impl tonic::IntoRequest<super::SwitchSinkRequest>,
+        ) -> std::result::Result<tonic::Response<super::SinkStatus>, tonic::Status> {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/posefuse.v1.Room/SwitchSink",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("posefuse.v1.Room", "SwitchSink"));
+            self.inner.unary(req, path, codec).await
+        }
         /// The configuration in force, as TOML.
         pub async fn get_config(
             &mut self,
@@ -2414,6 +2503,12 @@ pub mod room_server {
             &self,
             request: tonic::Request<super::PlanRoomRequest>,
         ) -> std::result::Result<tonic::Response<super::RoomPlan>, tonic::Status>;
+        /// Switches a live output on or off until the server ends; the configuration says how it begins. NOT_FOUND: there is none
+        /// of that name that can be switched.
+        async fn switch_sink(
+            &self,
+            request: tonic::Request<super::SwitchSinkRequest>,
+        ) -> std::result::Result<tonic::Response<super::SinkStatus>, tonic::Status>;
         /// The configuration in force, as TOML.
         async fn get_config(
             &self,
@@ -3421,6 +3516,49 @@ pub mod room_server {
                     let inner = self.inner.clone();
                     let fut = async move {
                         let method = PlanRoomSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/posefuse.v1.Room/SwitchSink" => {
+                    #[allow(non_camel_case_types)]
+                    struct SwitchSinkSvc<T: Room>(pub Arc<T>);
+                    impl<T: Room> tonic::server::UnaryService<super::SwitchSinkRequest>
+                    for SwitchSinkSvc<T> {
+                        type Response = super::SinkStatus;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::Response>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::SwitchSinkRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as Room>::switch_sink(&inner, request).await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = SwitchSinkSvc(inner);
                         let codec = tonic_prost::ProstCodec::default();
                         let mut grpc = tonic::server::Grpc::new(codec)
                             .apply_compression_config(

@@ -15,6 +15,13 @@ class SensorState(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     SENSOR_STATE_STALLED: _ClassVar[SensorState]
     SENSOR_STATE_DISCONNECTED: _ClassVar[SensorState]
 
+class SinkState(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    SINK_STATE_UNSPECIFIED: _ClassVar[SinkState]
+    SINK_STATE_OFF: _ClassVar[SinkState]
+    SINK_STATE_RUNNING: _ClassVar[SinkState]
+    SINK_STATE_FAILING: _ClassVar[SinkState]
+
 class TakeState(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
     TAKE_STATE_UNSPECIFIED: _ClassVar[TakeState]
@@ -41,6 +48,10 @@ SENSOR_STATE_UNSPECIFIED: SensorState
 SENSOR_STATE_LIVE: SensorState
 SENSOR_STATE_STALLED: SensorState
 SENSOR_STATE_DISCONNECTED: SensorState
+SINK_STATE_UNSPECIFIED: SinkState
+SINK_STATE_OFF: SinkState
+SINK_STATE_RUNNING: SinkState
+SINK_STATE_FAILING: SinkState
 TAKE_STATE_UNSPECIFIED: TakeState
 TAKE_STATE_RECORDING: TakeState
 TAKE_STATE_COMPLETE: TakeState
@@ -246,14 +257,36 @@ class RepairStatus(_message.Message):
     def __init__(self, model: _Optional[str] = ..., runtime: _Optional[str] = ..., requests: _Optional[int] = ..., answers: _Optional[int] = ..., late: _Optional[int] = ..., failed: _Optional[int] = ..., p50_ms: _Optional[float] = ..., p99_ms: _Optional[float] = ..., trouble: _Optional[str] = ...) -> None: ...
 
 class SinkStatus(_message.Message):
-    __slots__ = ("name", "delivered", "dropped")
+    __slots__ = ("name", "delivered", "dropped", "state", "place", "rate_hz", "clients", "p50_ms", "p99_ms", "trouble")
     NAME_FIELD_NUMBER: _ClassVar[int]
     DELIVERED_FIELD_NUMBER: _ClassVar[int]
     DROPPED_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    PLACE_FIELD_NUMBER: _ClassVar[int]
+    RATE_HZ_FIELD_NUMBER: _ClassVar[int]
+    CLIENTS_FIELD_NUMBER: _ClassVar[int]
+    P50_MS_FIELD_NUMBER: _ClassVar[int]
+    P99_MS_FIELD_NUMBER: _ClassVar[int]
+    TROUBLE_FIELD_NUMBER: _ClassVar[int]
     name: str
     delivered: int
     dropped: int
-    def __init__(self, name: _Optional[str] = ..., delivered: _Optional[int] = ..., dropped: _Optional[int] = ...) -> None: ...
+    state: SinkState
+    place: str
+    rate_hz: float
+    clients: int
+    p50_ms: float
+    p99_ms: float
+    trouble: str
+    def __init__(self, name: _Optional[str] = ..., delivered: _Optional[int] = ..., dropped: _Optional[int] = ..., state: _Optional[_Union[SinkState, str]] = ..., place: _Optional[str] = ..., rate_hz: _Optional[float] = ..., clients: _Optional[int] = ..., p50_ms: _Optional[float] = ..., p99_ms: _Optional[float] = ..., trouble: _Optional[str] = ...) -> None: ...
+
+class SwitchSinkRequest(_message.Message):
+    __slots__ = ("name", "on")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    ON_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    on: bool
+    def __init__(self, name: _Optional[str] = ..., on: bool = ...) -> None: ...
 
 class Take(_message.Message):
     __slots__ = ("name", "slate", "notes", "state", "started", "duration_ns", "size_bytes", "frames", "people", "sensors", "dropped", "trouble")

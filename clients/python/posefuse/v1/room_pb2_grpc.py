@@ -140,6 +140,11 @@ class RoomStub(object):
                 request_serializer=posefuse_dot_v1_dot_room__pb2.PlanRoomRequest.SerializeToString,
                 response_deserializer=posefuse_dot_v1_dot_room__pb2.RoomPlan.FromString,
                 _registered_method=True)
+        self.SwitchSink = channel.unary_unary(
+                '/posefuse.v1.Room/SwitchSink',
+                request_serializer=posefuse_dot_v1_dot_room__pb2.SwitchSinkRequest.SerializeToString,
+                response_deserializer=posefuse_dot_v1_dot_room__pb2.SinkStatus.FromString,
+                _registered_method=True)
         self.GetConfig = channel.unary_unary(
                 '/posefuse.v1.Room/GetConfig',
                 request_serializer=posefuse_dot_v1_dot_room__pb2.GetConfigRequest.SerializeToString,
@@ -297,6 +302,14 @@ class RoomServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def SwitchSink(self, request, context):
+        """Switches a live output on or off until the server ends; the configuration says how it begins. NOT_FOUND: there is none
+        of that name that can be switched.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def GetConfig(self, request, context):
         """The configuration in force, as TOML.
         """
@@ -411,6 +424,11 @@ def add_RoomServicer_to_server(servicer, server):
                     servicer.PlanRoom,
                     request_deserializer=posefuse_dot_v1_dot_room__pb2.PlanRoomRequest.FromString,
                     response_serializer=posefuse_dot_v1_dot_room__pb2.RoomPlan.SerializeToString,
+            ),
+            'SwitchSink': grpc.unary_unary_rpc_method_handler(
+                    servicer.SwitchSink,
+                    request_deserializer=posefuse_dot_v1_dot_room__pb2.SwitchSinkRequest.FromString,
+                    response_serializer=posefuse_dot_v1_dot_room__pb2.SinkStatus.SerializeToString,
             ),
             'GetConfig': grpc.unary_unary_rpc_method_handler(
                     servicer.GetConfig,
@@ -985,6 +1003,33 @@ class Room(object):
             '/posefuse.v1.Room/PlanRoom',
             posefuse_dot_v1_dot_room__pb2.PlanRoomRequest.SerializeToString,
             posefuse_dot_v1_dot_room__pb2.RoomPlan.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def SwitchSink(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/posefuse.v1.Room/SwitchSink',
+            posefuse_dot_v1_dot_room__pb2.SwitchSinkRequest.SerializeToString,
+            posefuse_dot_v1_dot_room__pb2.SinkStatus.FromString,
             options,
             channel_credentials,
             insecure,

@@ -95,7 +95,7 @@ class DepthPreview(_message.Message):
     def __init__(self, sensor: _Optional[str] = ..., captured_ns: _Optional[int] = ..., width: _Optional[int] = ..., height: _Optional[int] = ..., millimetres: _Optional[bytes] = ..., camera: _Optional[_Union[Intrinsics, _Mapping]] = ..., bodies: _Optional[_Iterable[_Union[Body, _Mapping]]] = ...) -> None: ...
 
 class Track(_message.Message):
-    __slots__ = ("id", "since_ns", "sensors", "positions", "covariances", "confidences", "provenances", "joint_sensors")
+    __slots__ = ("id", "since_ns", "sensors", "positions", "covariances", "confidences", "provenances", "joint_sensors", "hands_closed", "hands_sensors")
     ID_FIELD_NUMBER: _ClassVar[int]
     SINCE_NS_FIELD_NUMBER: _ClassVar[int]
     SENSORS_FIELD_NUMBER: _ClassVar[int]
@@ -104,6 +104,8 @@ class Track(_message.Message):
     CONFIDENCES_FIELD_NUMBER: _ClassVar[int]
     PROVENANCES_FIELD_NUMBER: _ClassVar[int]
     JOINT_SENSORS_FIELD_NUMBER: _ClassVar[int]
+    HANDS_CLOSED_FIELD_NUMBER: _ClassVar[int]
+    HANDS_SENSORS_FIELD_NUMBER: _ClassVar[int]
     id: int
     since_ns: int
     sensors: int
@@ -112,7 +114,9 @@ class Track(_message.Message):
     confidences: _containers.RepeatedScalarFieldContainer[float]
     provenances: _containers.RepeatedScalarFieldContainer[Provenance]
     joint_sensors: _containers.RepeatedScalarFieldContainer[int]
-    def __init__(self, id: _Optional[int] = ..., since_ns: _Optional[int] = ..., sensors: _Optional[int] = ..., positions: _Optional[_Iterable[float]] = ..., covariances: _Optional[_Iterable[float]] = ..., confidences: _Optional[_Iterable[float]] = ..., provenances: _Optional[_Iterable[_Union[Provenance, str]]] = ..., joint_sensors: _Optional[_Iterable[int]] = ...) -> None: ...
+    hands_closed: _containers.RepeatedScalarFieldContainer[float]
+    hands_sensors: _containers.RepeatedScalarFieldContainer[int]
+    def __init__(self, id: _Optional[int] = ..., since_ns: _Optional[int] = ..., sensors: _Optional[int] = ..., positions: _Optional[_Iterable[float]] = ..., covariances: _Optional[_Iterable[float]] = ..., confidences: _Optional[_Iterable[float]] = ..., provenances: _Optional[_Iterable[_Union[Provenance, str]]] = ..., joint_sensors: _Optional[_Iterable[int]] = ..., hands_closed: _Optional[_Iterable[float]] = ..., hands_sensors: _Optional[_Iterable[int]] = ...) -> None: ...
 
 class RoomFrame(_message.Message):
     __slots__ = ("number", "time_ns", "look_ahead_ns", "tracks")
