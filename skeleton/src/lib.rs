@@ -16,6 +16,7 @@ mod observation;
 mod sensor;
 mod skeleton;
 mod time;
+mod timecode;
 mod track;
 
 pub use calibration::{Calibration, FloorSource, PoseSigma, SensorPose};
@@ -30,4 +31,5 @@ pub use observation::{Body, Observation};
 pub use sensor::{SensorId, SensorIdError, SensorInfo, SensorSet};
 pub use skeleton::{JointMap, JointState, Provenance, Skeleton};
 pub use time::{AgentTime, Clock, SensorClock, ServerClock, Time, Timestamp};
+pub use timecode::{Timecode, TimecodeError, TimecodeRate, TimecodeZone};
 pub use track::{HandVotes, RoomFrame, Track, TrackId};
