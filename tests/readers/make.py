@@ -21,6 +21,8 @@ EXPORTS = {
     "motionbuilder": ["--preset", "motionbuilder"],
     "mixamo": ["--preset", "mixamo"],
     "opensim": ["--preset", "opensim"],
+    # What VMC speaks: Unity's axes.
+    "vmc": ["--format", "csv-bones", "--names", "humanoid", "--axes", "unity"],
 }
 TAKE = "walk"
 
@@ -44,7 +46,7 @@ def make(posefuse: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
         if report["rate_hz"] != 30:
             raise SystemExit(f"{export}: expected 30 frames a second, found {report['rate_hz']}")
         files[export] = [{"path": str(out / file["path"]), "people": file["people"]} for file in report["files"]]
-        if export not in ("plain", "opensim"):
+        if "--preset" in options and export != "opensim":
             # What this preset calls the bones, in the order of the rig.
             names[export] = bone_names(run, common, options, folder / "names" / export)
     expected = {
@@ -61,8 +63,7 @@ def make(posefuse: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
 
 def bone_names(run, common: list, options: list, out: pathlib.Path) -> list[str]:
     common = [out if index and common[index - 1] == "--out" else value for index, value in enumerate(common)]
-    preset = options[: options.index("--preset") + 2]
-    run(*common, *preset, "--format", "csv-bones", "--axes", "room", "--unit", "m", "--to", "0.5", "--least", "0")
+    run(*common, *options[:2], "--format", "csv-bones", "--axes", "room", "--unit", "m", "--to", "0.5", "--least", "0")
     with next(out.glob("*.csv")).open(newline="") as file:
         return list(dict.fromkeys(row["bone"] for row in csv.DictReader(file)))
 

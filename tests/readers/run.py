@@ -48,6 +48,7 @@ class Reader:
 #: The slow ones first, because two run at a time.
 READERS = [
     Reader("blender", "read_blender.py", "blender.txt"),
+    Reader("addon", "read_addon.py", "blender.txt"),
     Reader("opensim", "read_opensim.py", "opensim.txt"),
     Reader("light", "read_light.py"),
     Reader("grpc", "read_grpc.py"),

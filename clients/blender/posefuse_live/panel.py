@@ -1,0 +1,189 @@
+"""The sidebar's panel (N in the 3D view, tab Posefuse): start, stop, record, and what is going on."""
+import bpy
+
+from .live import RATE_HZ, Stream
+
+#: The stream of this Blender, while there is one.
+stream: Stream | None = None
+
+
+class Settings(bpy.types.PropertyGroup):
+    """What a user chooses; kept in the file."""
+
+    port: bpy.props.IntProperty(
+        name="Port", default=39539, min=1024, max=65535,
+        description="The first person's UDP port, as set at the server; the others follow",
+    )
+    people: bpy.props.IntProperty(
+        name="People", default=4, min=1, max=32, description="On how many ports to listen: one for each person",
+    )
+    remote: bpy.props.BoolProperty(
+        name="From other computers", default=False,
+        description="Also take what other computers send. Anybody in the network can then move your figures",
+    )
+    with_playback: bpy.props.BoolProperty(
+        name="Record with playback", default=True,
+        description="While Auto Keying is on, playing the scene records, and stopping it ends the recording",
+    )
+
+
+class POSEFUSE_OT_start(bpy.types.Operator):
+    """Show the people of a Posefuse server as they move"""
+
+    bl_idname, bl_label = "posefuse.start", "Start"
+
+    @classmethod
+    def poll(cls, context):
+        return stream is None
+
+    def execute(self, context):
+        global stream
+        settings = context.scene.posefuse
+        host = "0.0.0.0" if settings.remote else "127.0.0.1"
+        try:
+            stream = Stream(host, settings.port, settings.people)
+        except (OSError, OverflowError) as error:
+            last = settings.port + settings.people - 1
+            self.report({"ERROR"}, f"Cannot listen on the ports {settings.port} to {last} ({error}); another program may use one: choose another port here and at the server")
+            return {"CANCELLED"}
+        bpy.app.timers.register(_tick, persistent=True)
+        return {"FINISHED"}
+
+
+class POSEFUSE_OT_stop(bpy.types.Operator):
+    """End the stream. Figures stay, with what was recorded"""
+
+    bl_idname, bl_label = "posefuse.stop", "Stop"
+
+    @classmethod
+    def poll(cls, context):
+        return stream is not None
+
+    def execute(self, context):
+        close()
+        return {"FINISHED"}
+
+
+class POSEFUSE_OT_record(bpy.types.Operator):
+    """Begin or end a recording: each person's motion becomes an action with keys, from the current frame on"""
+
+    bl_idname, bl_label = "posefuse.record", "Record"
+
+    @classmethod
+    def poll(cls, context):
+        return stream is not None
+
+    def execute(self, context):
+        if stream.recorder is None:
+            _start_recording(context.scene)
+        else:
+            count = stream.stop_recording()
+            self.report({"INFO"}, f"{count} actions were made; they move the figures when the stream is stopped")
+        return {"FINISHED"}
+
+
+class POSEFUSE_PT_panel(bpy.types.Panel):
+    """What a user sees"""
+
+    bl_idname, bl_label, bl_category = "POSEFUSE_PT_panel", "Posefuse", "Posefuse"
+    bl_space_type, bl_region_type = "VIEW_3D", "UI"
+
+    def draw(self, context):
+        layout, settings = self.layout, context.scene.posefuse
+        column = layout.column()
+        column.enabled = stream is None
+        for name in ("port", "people", "remote"):
+            column.prop(settings, name)
+        layout.prop(settings, "with_playback")
+        row = layout.row(align=True)
+        row.operator("posefuse.start", icon="PLAY")
+        row.operator("posefuse.stop", icon="PAUSE")
+        recording = stream is not None and stream.recorder is not None
+        layout.operator("posefuse.record", text="Stop recording" if recording else "Record", icon="REC", depress=recording)
+        for words in status():
+            layout.label(text=words)
+
+
+def status() -> list[str]:
+    """What is going on, in words."""
+    if stream is None:
+        return ["Stopped"]
+    there = stream.present()
+    lines = [f"{len(there)} people, {stream.packet_rate()} packets/s"]
+    if stream.packets == 0:
+        lines += ["Nothing comes: is VMC on at the server,", f"with this computer and port {stream.first_port} as its target?"]
+    elif not there:
+        lines.append("Nobody is in the room")
+    if stream.malformed or stream.people.ignored:
+        lines.append(f"Not understood: {stream.malformed} packets, {stream.people.ignored} messages")
+    if stream.recorder is not None:
+        lines.append(f"Recording: {stream.recorder.count} poses")
+    return lines
+
+
+def close():
+    """Ends the stream, if there is one."""
+    global stream
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    if stream is not None:
+        stream.close()
+        stream = None
+
+
+def _start_recording(scene):
+    stream.start_recording(scene.frame_current, scene.render.fps / scene.render.fps_base)
+
+
+def _tick():
+    """Blender's timer; its answer is when to come again."""
+    if stream is None:
+        return None
+    stream.step()
+    # The panel's words change, too.
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+    return 1 / RATE_HZ
+
+
+@bpy.app.handlers.persistent
+def _playback_begins(scene, *_):
+    if stream is not None and stream.recorder is None and scene.posefuse.with_playback and scene.tool_settings.use_keyframe_insert_auto:
+        _start_recording(scene)
+
+
+@bpy.app.handlers.persistent
+def _playback_ends(scene, *_):
+    if stream is not None and stream.recorder is not None and scene.posefuse.with_playback and scene.tool_settings.use_keyframe_insert_auto:
+        stream.stop_recording()
+
+
+@bpy.app.handlers.persistent
+def _file_changes(*_):
+    # The figures of the stream are of the file that goes.
+    close()
+
+
+CLASSES = [Settings, POSEFUSE_OT_start, POSEFUSE_OT_stop, POSEFUSE_OT_record, POSEFUSE_PT_panel]
+HANDLERS = [("animation_playback_pre", _playback_begins), ("animation_playback_post", _playback_ends), ("load_pre", _file_changes)]
+
+
+def register():
+    for one in CLASSES:
+        bpy.utils.register_class(one)
+    bpy.types.Scene.posefuse = bpy.props.PointerProperty(type=Settings)
+    for name, handler in HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister():
+    close()
+    for name, handler in HANDLERS:
+        handlers = getattr(bpy.app.handlers, name)
+        if handler in handlers:
+            handlers.remove(handler)
+    del bpy.types.Scene.posefuse
+    for one in reversed(CLASSES):
+        bpy.utils.unregister_class(one)
