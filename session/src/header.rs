@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use posefuse_skeleton::{Calibration, Timestamp, calibration_text};
+use posefuse_skeleton::{Calibration, TimecodeZone, Timestamp, calibration_text};
 
 use crate::{Result, TakeError};
 
@@ -10,6 +10,8 @@ use crate::{Result, TakeError};
 pub(crate) const START: &str = "posefuse.take";
 /// The format that this build writes, and the latest it reads.
 const FORMAT: i64 = 1;
+/// The key with the room's distance from UTC, seconds.
+const TIMECODE_ZONE: &str = "timecode_utc_offset_s";
 /// The attachment with the engine's configuration.
 pub(crate) const CONFIG: &str = "config.toml";
 /// The attachment with the calibration that was in force at the start.
@@ -30,6 +32,8 @@ pub struct TakeHeader {
     pub start: Option<Timestamp>,
     /// Added to server time gives nanoseconds since 1970.
     pub unix_offset_ns: i64,
+    /// How civil time becomes the room's timecode; `None` in takes from before there was one.
+    pub timecode: Option<TimecodeZone>,
     /// The engine's configuration (`fusion::Config`), TOML.
     pub config_toml: String,
     /// The calibration in force at the start; read from a take, to the decimals of its file's text.
@@ -63,6 +67,15 @@ impl TakeHeader {
         Timestamp::from_ns(unix_ns.saturating_sub(self.unix_offset_ns))
     }
 
+    /// The timecode of a server time, and its rate; empty where the take has none.
+    pub fn timecode(&self, time: Timestamp) -> [String; 2] {
+        let Some(zone) = self.timecode else {
+            return Default::default();
+        };
+        let unix_ns = time.ns().saturating_add(self.unix_offset_ns);
+        [zone.at(unix_ns).to_string(), zone.rate.to_string()]
+    }
+
     /// The metadata record; `preamble` is how many of the first inputs only set the scene.
     pub(crate) fn to_metadata(&self, preamble: usize) -> BTreeMap<String, String> {
         let pairs = [
@@ -76,8 +89,19 @@ impl TakeHeader {
             ("build", self.build.clone()),
             ("preamble", preamble.to_string()),
         ];
+        let start = self.start.unwrap_or(Timestamp::ZERO);
+        let [timecode, rate] = self.timecode(start);
+        let timecode = self.timecode.map(|zone| {
+            [
+                // For readers without our arithmetic; ours reads rate and zone.
+                ("timecode", timecode),
+                ("timecode_rate", rate),
+                (TIMECODE_ZONE, zone.utc_offset_s.to_string()),
+            ]
+        });
         pairs
             .into_iter()
+            .chain(timecode.into_iter().flatten())
             .map(|(key, value)| (key.to_owned(), value))
             .collect()
     }
@@ -107,6 +131,11 @@ impl TakeHeader {
             });
         }
         let preamble = u32::try_from(number("preamble")?).unwrap_or(0);
+        // A rate of a later build is none to this one; the take is as good without.
+        let timecode = text("timecode_rate").parse().ok().map(|rate| TimecodeZone {
+            rate,
+            utc_offset_s: text(TIMECODE_ZONE).parse().unwrap_or(0),
+        });
         let header = Self {
             name: take.to_owned(),
             slate: text("slate"),
@@ -114,6 +143,7 @@ impl TakeHeader {
             started: text("started"),
             start: Some(Timestamp::from_ns(number("start_ns")?)),
             unix_offset_ns: number("unix_offset_ns")?,
+            timecode,
             build: text("build"),
             ..Self::default()
         };

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use posefuse_skeleton::Timestamp;
 use serde::{Deserialize, Serialize};
 
 use crate::TakeHeader;
@@ -20,6 +21,12 @@ pub struct TakeInfo {
     pub notes: String,
     /// Civil time of the start, RFC 3339, UTC.
     pub started: String,
+    /// The same, nanoseconds since 1970.
+    pub start_unix_ns: i64,
+    /// The same as timecode, and its rate; empty in takes from before there was one.
+    pub timecode: String,
+    /// Its rate.
+    pub timecode_rate: String,
     /// Most people at once.
     pub people: u32,
     /// Names of the sensors that took part, in order.
@@ -69,7 +76,12 @@ impl TakeState {
 
 impl TakeInfo {
     pub(crate) fn begun(header: &TakeHeader) -> Self {
+        let start = header.start.unwrap_or(Timestamp::ZERO);
+        let [timecode, timecode_rate] = header.timecode(start);
         Self {
+            start_unix_ns: start.ns().saturating_add(header.unix_offset_ns),
+            timecode,
+            timecode_rate,
             name: header.name.clone(),
             slate: header.slate.clone(),
             notes: header.notes.clone(),

@@ -242,6 +242,13 @@ fn describe(details: &TakeDetails) -> anyhow::Result<()> {
         ("trouble", take.trouble.clone()),
         ("started", take.started.clone()),
         (
+            "timecode",
+            match take.timecode.as_str() {
+                "" => String::new(),
+                timecode => format!("{timecode} at {}", take.timecode_rate),
+            },
+        ),
+        (
             "length",
             format!(
                 "{}, {} frames, {}",

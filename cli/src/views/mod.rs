@@ -20,6 +20,11 @@ pub(crate) struct TakeView {
     /// `recording`, `complete`, `recovered` or `damaged`.
     pub(crate) state: &'static str,
     pub(crate) started: String,
+    /// The same, nanoseconds since 1970.
+    pub(crate) start_unix_ns: i64,
+    /// The same as timecode, and its rate; empty in takes from before there was one.
+    pub(crate) timecode: String,
+    pub(crate) timecode_rate: String,
     pub(crate) seconds: f64,
     pub(crate) bytes: u64,
     pub(crate) frames: u64,
@@ -41,6 +46,9 @@ macro_rules! take_view {
             notes: $take.notes.clone(),
             state: $state,
             started: $take.started.clone(),
+            start_unix_ns: $take.start_unix_ns,
+            timecode: $take.timecode.clone(),
+            timecode_rate: $take.timecode_rate.clone(),
             seconds: $take.duration_ns as f64 * 1e-9,
             bytes: $take.size_bytes,
             frames: $take.frames,

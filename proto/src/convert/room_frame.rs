@@ -19,6 +19,8 @@ pub fn room_frame_to_wire(frame: &RoomFrame) -> v1::RoomFrame {
         time_ns: frame.time.ns(),
         look_ahead_ns: frame.look_ahead_ns,
         tracks: frame.tracks.iter().map(track_to_wire).collect(),
+        unix_ns: 0,
+        timecode: String::new(),
     }
 }
 

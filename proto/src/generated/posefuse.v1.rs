@@ -128,6 +128,12 @@ pub struct RoomFrame {
     pub look_ahead_ns: i64,
     #[prost(message, repeated, tag = "4")]
     pub tracks: ::prost::alloc::vec::Vec<Track>,
+    /// The same instant in civil time, nanoseconds since 1970, and as timecode of the room (RoomStatus.timecode_rate). From a
+    /// server only: in the file of a take, messages have civil time as their log time.
+    #[prost(int64, tag = "5")]
+    pub unix_ns: i64,
+    #[prost(string, tag = "6")]
+    pub timecode: ::prost::alloc::string::String,
 }
 /// What is known of a sensor from its agent's greeting.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
@@ -952,6 +958,43 @@ pub struct RoomStatus {
     /// What fills in joints that no sensor sees.
     #[prost(message, optional, tag = "17")]
     pub repair: ::core::option::Option<RepairStatus>,
+    /// The time of day as HH:MM:SS:FF, its rate (24, 25, 29.97df, 30, 50 or 60), and the room's midnight: seconds that its zone
+    /// is ahead of UTC. With these, civil time becomes timecode.
+    #[prost(string, tag = "18")]
+    pub timecode: ::prost::alloc::string::String,
+    #[prost(string, tag = "19")]
+    pub timecode_rate: ::prost::alloc::string::String,
+    #[prost(sint32, tag = "20")]
+    pub timecode_utc_offset_s: i32,
+    /// Ways by which other programs start and stop takes.
+    #[prost(message, repeated, tag = "21")]
+    pub triggers: ::prost::alloc::vec::Vec<TriggerStatus>,
+}
+/// One way by which other programs start and stop takes.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct TriggerStatus {
+    /// http, osc or capture (CaptureStart and CaptureStop as XML).
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    /// Where it listens, in words.
+    #[prost(string, tag = "2")]
+    pub place: ::prost::alloc::string::String,
+    /// Why it does not, and what to do; empty: it does.
+    #[prost(string, tag = "3")]
+    pub trouble: ::prost::alloc::string::String,
+    /// Orders that were carried out, and those that were not.
+    #[prost(uint64, tag = "4")]
+    pub done: u64,
+    #[prost(uint64, tag = "5")]
+    pub refused: u64,
+    /// What the latest one was and what came of it, in words; empty before the first.
+    #[prost(string, tag = "6")]
+    pub latest: ::prost::alloc::string::String,
+    #[prost(bool, tag = "7")]
+    pub latest_refused: bool,
+    /// When that was: civil time, nanoseconds since 1970; 0 before the first.
+    #[prost(int64, tag = "8")]
+    pub latest_unix_ns: i64,
 }
 /// The model that fills in joints no sensor sees. The counts are since the server's start and of a model beside the
 /// engine; a simple one answers at once.
@@ -1047,6 +1090,14 @@ pub struct Take {
     pub dropped: u64,
     #[prost(string, tag = "12")]
     pub trouble: ::prost::alloc::string::String,
+    /// Civil time of its start, nanoseconds since 1970: what pairs it with other recordings.
+    #[prost(int64, tag = "13")]
+    pub start_unix_ns: i64,
+    /// The same as timecode, and its rate; empty in takes from before there was one.
+    #[prost(string, tag = "14")]
+    pub timecode: ::prost::alloc::string::String,
+    #[prost(string, tag = "15")]
+    pub timecode_rate: ::prost::alloc::string::String,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct StartTakeRequest {

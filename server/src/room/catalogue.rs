@@ -95,5 +95,8 @@ pub(super) fn take_to_wire(info: &TakeInfo) -> v1::Take {
         sensors: info.sensors.clone(),
         dropped: info.dropped,
         trouble: info.trouble.clone(),
+        start_unix_ns: info.start_unix_ns,
+        timecode: info.timecode.clone(),
+        timecode_rate: info.timecode_rate.clone(),
     }
 }

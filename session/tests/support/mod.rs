@@ -9,8 +9,8 @@ use posefuse_proto::{agent_body, bodies_from_agent};
 use posefuse_session::{EngineState, Storage, TakeHeader, TakeInfo, TakeOptions, TakeWriter};
 use posefuse_skeleton::{
     AgentTime, Calibration, Confidence, FloorSource, Joint, JointSet, Observation, Position,
-    RawJoint, Room, RoomFrame, Sensor, SensorId, SensorInfo, SensorPose, Timestamp, Transform,
-    calibration_text,
+    RawJoint, Room, RoomFrame, Sensor, SensorId, SensorInfo, SensorPose, TimecodeRate,
+    TimecodeZone, Timestamp, Transform, calibration_text,
 };
 
 /// 2026-01-01T00:00:00Z minus the server clock's start.
@@ -184,6 +184,10 @@ pub fn header(name: &str, start: Timestamp) -> TakeHeader {
         started: "2026-01-01T10:00:00Z".into(),
         start: Some(start),
         unix_offset_ns: UNIX_OFFSET_NS,
+        timecode: Some(TimecodeZone {
+            rate: TimecodeRate::Fps29Drop,
+            utc_offset_s: -3600,
+        }),
         config_toml: toml::to_string_pretty(&Config::default()).unwrap(),
         calibration: Some(calibration()),
         build: BUILD.into(),

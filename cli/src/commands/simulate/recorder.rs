@@ -6,7 +6,7 @@ use anyhow::Context;
 use posefuse_fusion::{Config, Engine, Input, Output};
 use posefuse_session::{Storage, TakeHeader, TakeInfo, TakeOptions, TakeWriter};
 use posefuse_simulator::Scenario;
-use posefuse_skeleton::{Calibration, Timestamp};
+use posefuse_skeleton::{Calibration, TimecodeZone, Timestamp};
 
 use super::error::Errors;
 use crate::offline::now_rfc3339;
@@ -41,6 +41,7 @@ impl Recorder {
             started: now_rfc3339(),
             start: Some(Timestamp::ZERO),
             unix_offset_ns: i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(0),
+            timecode: Some(TimecodeZone::default()),
             config_toml: toml::to_string_pretty(&config).context("the configuration")?,
             calibration: Some(calibration.clone()),
             build: posefuse_server::BUILD.to_owned(),

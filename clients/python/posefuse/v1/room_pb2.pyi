@@ -197,7 +197,7 @@ class Contribution(_message.Message):
     def __init__(self, weight: _Optional[float] = ..., rejected_share: _Optional[float] = ..., residual_mm: _Optional[float] = ..., joint_weights: _Optional[_Iterable[float]] = ..., joint_rejected_shares: _Optional[_Iterable[float]] = ..., joint_residuals_mm: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class RoomStatus(_message.Message):
-    __slots__ = ("time_ns", "unix_offset_ns", "server_version", "sensors", "people", "frames_per_second", "engine_us", "latency_p50_ms", "latency_p99_ms", "recording", "calibration", "calibrating", "disk_free_bytes", "troubles", "sinks", "take_folder", "repair")
+    __slots__ = ("time_ns", "unix_offset_ns", "server_version", "sensors", "people", "frames_per_second", "engine_us", "latency_p50_ms", "latency_p99_ms", "recording", "calibration", "calibrating", "disk_free_bytes", "troubles", "sinks", "take_folder", "repair", "timecode", "timecode_rate", "timecode_utc_offset_s", "triggers")
     TIME_NS_FIELD_NUMBER: _ClassVar[int]
     UNIX_OFFSET_NS_FIELD_NUMBER: _ClassVar[int]
     SERVER_VERSION_FIELD_NUMBER: _ClassVar[int]
@@ -215,6 +215,10 @@ class RoomStatus(_message.Message):
     SINKS_FIELD_NUMBER: _ClassVar[int]
     TAKE_FOLDER_FIELD_NUMBER: _ClassVar[int]
     REPAIR_FIELD_NUMBER: _ClassVar[int]
+    TIMECODE_FIELD_NUMBER: _ClassVar[int]
+    TIMECODE_RATE_FIELD_NUMBER: _ClassVar[int]
+    TIMECODE_UTC_OFFSET_S_FIELD_NUMBER: _ClassVar[int]
+    TRIGGERS_FIELD_NUMBER: _ClassVar[int]
     time_ns: int
     unix_offset_ns: int
     server_version: str
@@ -232,7 +236,31 @@ class RoomStatus(_message.Message):
     sinks: _containers.RepeatedCompositeFieldContainer[SinkStatus]
     take_folder: str
     repair: RepairStatus
-    def __init__(self, time_ns: _Optional[int] = ..., unix_offset_ns: _Optional[int] = ..., server_version: _Optional[str] = ..., sensors: _Optional[_Iterable[_Union[SensorStatus, _Mapping]]] = ..., people: _Optional[int] = ..., frames_per_second: _Optional[float] = ..., engine_us: _Optional[float] = ..., latency_p50_ms: _Optional[float] = ..., latency_p99_ms: _Optional[float] = ..., recording: _Optional[_Union[Take, _Mapping]] = ..., calibration: _Optional[_Union[_types_pb2.Calibration, _Mapping]] = ..., calibrating: bool = ..., disk_free_bytes: _Optional[int] = ..., troubles: _Optional[_Iterable[str]] = ..., sinks: _Optional[_Iterable[_Union[SinkStatus, _Mapping]]] = ..., take_folder: _Optional[str] = ..., repair: _Optional[_Union[RepairStatus, _Mapping]] = ...) -> None: ...
+    timecode: str
+    timecode_rate: str
+    timecode_utc_offset_s: int
+    triggers: _containers.RepeatedCompositeFieldContainer[TriggerStatus]
+    def __init__(self, time_ns: _Optional[int] = ..., unix_offset_ns: _Optional[int] = ..., server_version: _Optional[str] = ..., sensors: _Optional[_Iterable[_Union[SensorStatus, _Mapping]]] = ..., people: _Optional[int] = ..., frames_per_second: _Optional[float] = ..., engine_us: _Optional[float] = ..., latency_p50_ms: _Optional[float] = ..., latency_p99_ms: _Optional[float] = ..., recording: _Optional[_Union[Take, _Mapping]] = ..., calibration: _Optional[_Union[_types_pb2.Calibration, _Mapping]] = ..., calibrating: bool = ..., disk_free_bytes: _Optional[int] = ..., troubles: _Optional[_Iterable[str]] = ..., sinks: _Optional[_Iterable[_Union[SinkStatus, _Mapping]]] = ..., take_folder: _Optional[str] = ..., repair: _Optional[_Union[RepairStatus, _Mapping]] = ..., timecode: _Optional[str] = ..., timecode_rate: _Optional[str] = ..., timecode_utc_offset_s: _Optional[int] = ..., triggers: _Optional[_Iterable[_Union[TriggerStatus, _Mapping]]] = ...) -> None: ...
+
+class TriggerStatus(_message.Message):
+    __slots__ = ("name", "place", "trouble", "done", "refused", "latest", "latest_refused", "latest_unix_ns")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    PLACE_FIELD_NUMBER: _ClassVar[int]
+    TROUBLE_FIELD_NUMBER: _ClassVar[int]
+    DONE_FIELD_NUMBER: _ClassVar[int]
+    REFUSED_FIELD_NUMBER: _ClassVar[int]
+    LATEST_FIELD_NUMBER: _ClassVar[int]
+    LATEST_REFUSED_FIELD_NUMBER: _ClassVar[int]
+    LATEST_UNIX_NS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    place: str
+    trouble: str
+    done: int
+    refused: int
+    latest: str
+    latest_refused: bool
+    latest_unix_ns: int
+    def __init__(self, name: _Optional[str] = ..., place: _Optional[str] = ..., trouble: _Optional[str] = ..., done: _Optional[int] = ..., refused: _Optional[int] = ..., latest: _Optional[str] = ..., latest_refused: bool = ..., latest_unix_ns: _Optional[int] = ...) -> None: ...
 
 class RepairStatus(_message.Message):
     __slots__ = ("model", "runtime", "requests", "answers", "late", "failed", "p50_ms", "p99_ms", "trouble")
@@ -289,7 +317,7 @@ class SwitchSinkRequest(_message.Message):
     def __init__(self, name: _Optional[str] = ..., on: bool = ...) -> None: ...
 
 class Take(_message.Message):
-    __slots__ = ("name", "slate", "notes", "state", "started", "duration_ns", "size_bytes", "frames", "people", "sensors", "dropped", "trouble")
+    __slots__ = ("name", "slate", "notes", "state", "started", "duration_ns", "size_bytes", "frames", "people", "sensors", "dropped", "trouble", "start_unix_ns", "timecode", "timecode_rate")
     NAME_FIELD_NUMBER: _ClassVar[int]
     SLATE_FIELD_NUMBER: _ClassVar[int]
     NOTES_FIELD_NUMBER: _ClassVar[int]
@@ -302,6 +330,9 @@ class Take(_message.Message):
     SENSORS_FIELD_NUMBER: _ClassVar[int]
     DROPPED_FIELD_NUMBER: _ClassVar[int]
     TROUBLE_FIELD_NUMBER: _ClassVar[int]
+    START_UNIX_NS_FIELD_NUMBER: _ClassVar[int]
+    TIMECODE_FIELD_NUMBER: _ClassVar[int]
+    TIMECODE_RATE_FIELD_NUMBER: _ClassVar[int]
     name: str
     slate: str
     notes: str
@@ -314,7 +345,10 @@ class Take(_message.Message):
     sensors: _containers.RepeatedScalarFieldContainer[str]
     dropped: int
     trouble: str
-    def __init__(self, name: _Optional[str] = ..., slate: _Optional[str] = ..., notes: _Optional[str] = ..., state: _Optional[_Union[TakeState, str]] = ..., started: _Optional[str] = ..., duration_ns: _Optional[int] = ..., size_bytes: _Optional[int] = ..., frames: _Optional[int] = ..., people: _Optional[int] = ..., sensors: _Optional[_Iterable[str]] = ..., dropped: _Optional[int] = ..., trouble: _Optional[str] = ...) -> None: ...
+    start_unix_ns: int
+    timecode: str
+    timecode_rate: str
+    def __init__(self, name: _Optional[str] = ..., slate: _Optional[str] = ..., notes: _Optional[str] = ..., state: _Optional[_Union[TakeState, str]] = ..., started: _Optional[str] = ..., duration_ns: _Optional[int] = ..., size_bytes: _Optional[int] = ..., frames: _Optional[int] = ..., people: _Optional[int] = ..., sensors: _Optional[_Iterable[str]] = ..., dropped: _Optional[int] = ..., trouble: _Optional[str] = ..., start_unix_ns: _Optional[int] = ..., timecode: _Optional[str] = ..., timecode_rate: _Optional[str] = ...) -> None: ...
 
 class StartTakeRequest(_message.Message):
     __slots__ = ("name", "slate", "notes")

@@ -119,16 +119,20 @@ class Track(_message.Message):
     def __init__(self, id: _Optional[int] = ..., since_ns: _Optional[int] = ..., sensors: _Optional[int] = ..., positions: _Optional[_Iterable[float]] = ..., covariances: _Optional[_Iterable[float]] = ..., confidences: _Optional[_Iterable[float]] = ..., provenances: _Optional[_Iterable[_Union[Provenance, str]]] = ..., joint_sensors: _Optional[_Iterable[int]] = ..., hands_closed: _Optional[_Iterable[float]] = ..., hands_sensors: _Optional[_Iterable[int]] = ...) -> None: ...
 
 class RoomFrame(_message.Message):
-    __slots__ = ("number", "time_ns", "look_ahead_ns", "tracks")
+    __slots__ = ("number", "time_ns", "look_ahead_ns", "tracks", "unix_ns", "timecode")
     NUMBER_FIELD_NUMBER: _ClassVar[int]
     TIME_NS_FIELD_NUMBER: _ClassVar[int]
     LOOK_AHEAD_NS_FIELD_NUMBER: _ClassVar[int]
     TRACKS_FIELD_NUMBER: _ClassVar[int]
+    UNIX_NS_FIELD_NUMBER: _ClassVar[int]
+    TIMECODE_FIELD_NUMBER: _ClassVar[int]
     number: int
     time_ns: int
     look_ahead_ns: int
     tracks: _containers.RepeatedCompositeFieldContainer[Track]
-    def __init__(self, number: _Optional[int] = ..., time_ns: _Optional[int] = ..., look_ahead_ns: _Optional[int] = ..., tracks: _Optional[_Iterable[_Union[Track, _Mapping]]] = ...) -> None: ...
+    unix_ns: int
+    timecode: str
+    def __init__(self, number: _Optional[int] = ..., time_ns: _Optional[int] = ..., look_ahead_ns: _Optional[int] = ..., tracks: _Optional[_Iterable[_Union[Track, _Mapping]]] = ..., unix_ns: _Optional[int] = ..., timecode: _Optional[str] = ...) -> None: ...
 
 class SensorInfo(_message.Message):
     __slots__ = ("id", "name", "model", "joint_set")
