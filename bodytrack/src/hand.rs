@@ -267,3 +267,89 @@ impl Tally {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    /// An arm that comes from the lower left, with a thumb to the left of its end, before nothing: `z` metres away.
+    fn image(width: u32, z: f64, right_hand: bool) -> (DepthImage, Intrinsics, Arm) {
+        let camera = Intrinsics::from_view(width, width * 3 / 4, 1.0, 0.77);
+        let mut image = DepthImage::empty(camera.width, camera.height);
+        let mirror = if right_hand { -1.0 } else { 1.0 };
+        for v in 0..camera.height {
+            for u in 0..camera.width {
+                let at = camera.point(f64::from(u), f64::from(v), z).vector();
+                let (along, aside) = along_and_aside(at.x * mirror, at.y);
+                let arm = (-0.4..0.08).contains(&along) && aside.abs() < 0.04;
+                let thumb = (-0.02..0.02).contains(&along) && (-0.09..0.0).contains(&aside);
+                if arm || thumb {
+                    image.millimetres[(v * camera.width + u) as usize] = (z * 1e3) as u16;
+                }
+            }
+        }
+        let place = |along: f64| {
+            let half = std::f64::consts::FRAC_1_SQRT_2;
+            Position::new(along * half * mirror, -along * half, z)
+        };
+        let arm = Arm {
+            joints: [place(-0.3), place(-0.08), place(0.03)],
+            is_left: !right_hand,
+        };
+        (image, camera, arm)
+    }
+
+    /// Along an arm that points to the upper right, and across it to the right.
+    fn along_and_aside(x: f64, y: f64) -> (f64, f64) {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        ((x - y) * half, (x + y) * half)
+    }
+
+    fn held(crop: &[f32], [x, y]: [f64; 2]) -> bool {
+        let cell = |metres: f64| ((metres / WINDOW_M + 0.5) * SIZE as f64) as usize;
+        crop[SIZE * SIZE + cell(y) * SIZE + cell(x)] > 0.5
+    }
+
+    #[test]
+    fn a_hand_looks_the_same_left_and_right_near_and_far_with_few_and_many_pixels() {
+        for (width, z) in [(320, 1.0), (320, 2.0), (640, 1.0), (640, 3.0)] {
+            for right_hand in [false, true] {
+                let (image, camera, arm) = image(width, z, right_hand);
+                let mut crop = Vec::new();
+                let found = cut(&image, &camera, &arm, &mut crop).unwrap();
+                assert_eq!(crop.len(), CHANNELS * SIZE * SIZE);
+                let off = found.middle.vector() - Vector3::new(0.0, 0.0, z);
+                assert!(off.norm() < 0.05, "{off}");
+                // The arm comes from below and ends 6 cm above the middle.
+                assert!(held(&crop, [0.0, 0.11]) && held(&crop, [0.0, -0.03]));
+                assert!(!held(&crop, [0.0, -0.10]), "{width} {z}");
+                let beside = [-0.06, 0.06].map(|x| {
+                    let rows =
+                        (0..8).filter(|row| held(&crop, [x, -0.02 + 0.01 * f64::from(*row)]));
+                    rows.count()
+                });
+                assert!(beside[0] >= 2 && beside[1] == 0, "{beside:?}: {width} {z}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_too_far_or_not_measured_is_no_hand() {
+        let (there, camera, arm) = image(160, 3.5, false);
+        let mut crop = Vec::new();
+        assert_eq!(cut(&there, &camera, &arm, &mut crop), None);
+        let (_, camera, arm) = image(320, 1.0, false);
+        let nothing = DepthImage::empty(320, 240);
+        assert_eq!(cut(&nothing, &camera, &arm, &mut crop), None);
+        assert!(crop.is_empty());
+        let behind = arm.joints.map(|at| Position::from_vector(-at.vector()));
+        let behind = Arm {
+            joints: behind,
+            ..arm
+        };
+        let (there, ..) = image(320, 1.0, false);
+        assert_eq!(cut(&there, &camera, &behind, &mut crop), None);
+    }
+}

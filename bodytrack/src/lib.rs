@@ -17,6 +17,7 @@ mod floor;
 mod grip;
 pub mod hand;
 mod lens;
+mod looks;
 mod people;
 mod segments;
 mod sight;

@@ -35,6 +35,8 @@ const MOST_SPEED: f32 = 4.0;
 const ALIVE_SHARE: f32 = 0.15;
 const ALIVE_IMAGES: u32 = 6;
 const FRESH_IMAGES: u32 = 6;
+/// Or once the network was sure of it in so many images in a row.
+const CONVINCING_IMAGES: u32 = 8;
 /// Most things that are looked at, people with them.
 const MOST_THINGS: usize = 24;
 /// A thing of which nothing moved for so long is furniture, seconds.
@@ -63,6 +65,7 @@ pub(crate) struct Track {
     reach: [f32; 2],
     images: u32,
     alive_images: u32,
+    convincing_images: u32,
     same_images: u32,
 }
 
@@ -87,6 +90,7 @@ impl Track {
             reach,
             images: 0,
             alive_images: 0,
+            convincing_images: 0,
             same_images: 0,
         }
     }
@@ -119,8 +123,13 @@ impl Track {
         (self.middle, self.joints, self.seen_ns) = (middle, joints, at_ns);
     }
 
-    /// Counts what speaks for a person: `patches` of them, and how many of these moved.
-    pub(crate) fn judge(&mut self, [patches, moved]: [u32; 2]) {
+    /// Counts what speaks for a person: `patches` of them, how many of these moved, and whether the network knows where nearly
+    /// everything of them is.
+    pub(crate) fn judge(&mut self, [patches, moved]: [u32; 2], convincing: bool) {
+        self.convincing_images = match convincing {
+            true => self.convincing_images + 1,
+            false => 0,
+        };
         // Everything is fresh at first.
         if self.images < FRESH_IMAGES {
             return;
@@ -130,7 +139,7 @@ impl Track {
     }
 
     pub(crate) fn is_person(&self) -> bool {
-        self.alive_images >= ALIVE_IMAGES
+        self.alive_images >= ALIVE_IMAGES || self.convincing_images >= CONVINCING_IMAGES
     }
 
     pub(crate) fn is_furniture(&self, at_ns: i64) -> bool {

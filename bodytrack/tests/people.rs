@@ -1,92 +1,16 @@
 //! People in rendered depth are found, told apart and followed; things are not people; nonsense does no harm.
 #![allow(clippy::unwrap_used, reason = "a test's helpers may fail the test")]
 
+mod support;
+
 use std::collections::BTreeSet;
 
-use nalgebra::{UnitQuaternion, Vector3};
-use posefuse_bodytrack::{BackendChoice, BodyTracker, TrackedBody, TrackerConfig, TrackerError};
-use posefuse_simulator::depth::{Block, Build, DepthCamera, DepthView, Figure, Scene, Walls};
-use posefuse_simulator::{Scenario, World};
-use posefuse_skeleton::{
-    DepthImage, Intrinsics, Joint, JointMap, Position, Room, Sensor, Transform,
+use posefuse_bodytrack::{BodyTracker, TrackedBody, TrackerConfig, TrackerError};
+use posefuse_simulator::depth::{Block, DepthCamera, DepthView, Scene};
+use posefuse_skeleton::{DepthImage, Intrinsics, Position};
+use support::{
+    RATE_HZ, at_ns, camera, chair, room_from_sensor, somebody, tracker, tracker_of, view, walls,
 };
-
-/// Images a second: half of a sensor's, for the tests' sake.
-const RATE_HZ: f64 = 15.0;
-
-fn tracker(camera: &DepthCamera) -> BodyTracker {
-    tracker_of(camera, TrackerConfig::default())
-}
-
-fn tracker_of(camera: &DepthCamera, mut config: TrackerConfig) -> BodyTracker {
-    // The one that is always there and always gives the same.
-    config.models.backend = BackendChoice::Rten;
-    BodyTracker::new(config, camera.intrinsics).unwrap()
-}
-
-fn camera() -> DepthCamera {
-    DepthCamera::structured_light(320, 240)
-}
-
-/// A sensor 1.2 m above the origin that looks along room x.
-fn room_from_sensor() -> Transform<Room, Sensor> {
-    let axes = nalgebra::Matrix3::from_columns(&[-Vector3::y(), -Vector3::z(), Vector3::x()]);
-    let rotation = nalgebra::Rotation3::from_matrix_unchecked(axes);
-    let level = UnitQuaternion::from_rotation_matrix(&rotation);
-    Transform::from_parts(Vector3::new(0.0, 0.0, 1.2), level)
-}
-
-fn walls() -> Option<Walls> {
-    Some(Walls {
-        x_m: [-1.0, 5.0],
-        y_m: [-3.0, 3.0],
-        height_m: 2.6,
-    })
-}
-
-fn chair() -> Block {
-    Block {
-        middle: Position::new(2.8, 0.6, 0.45),
-        half_m: [0.22, 0.22, 0.45],
-        heading: 0.4,
-    }
-}
-
-/// Somebody as they stand in a simulated room at `seconds`, moved to (x, y), turned about.
-fn somebody(number: u8, seconds: f64, [x, y]: [f64; 2], turn: f64) -> Figure {
-    let world = World::new(&Scenario {
-        seed: 40 + u64::from(number),
-        ..Scenario::default()
-    });
-    let pose = world.unwrap().truth(seconds).remove(0).joints;
-    let base = pose[Joint::SpineBase].unwrap().vector();
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn);
-    let place = |at: &Position<Room>| {
-        let off = at.vector() - Vector3::new(base.x, base.y, 0.0);
-        Position::from_vector(turn * off + Vector3::new(x, y, 0.0))
-    };
-    let joints: JointMap<Position<Room>> = pose.map(|_, at| place(at));
-    Figure {
-        number,
-        joints,
-        build: Build::seeded(3, usize::from(number)),
-        head_turn: 0.0,
-        hands_closed: [false; 2],
-    }
-}
-
-fn view(figures: Vec<Figure>, blocks: Vec<Block>, image: usize) -> DepthView {
-    let scene = Scene {
-        figures,
-        walls: walls(),
-        blocks,
-    };
-    scene.view(&room_from_sensor(), &camera(), image as u64)
-}
-
-fn at_ns(image: usize) -> i64 {
-    (image as f64 / RATE_HZ * 1e9) as i64
-}
 
 /// The id that has most of a person's pixels, with its share of them and theirs of its own.
 fn best(tracker: &BodyTracker, seen: &DepthView, number: u8) -> (u64, f64, f64) {
@@ -131,6 +55,42 @@ fn two_people_who_are_there_from_the_first_image_are_told_apart_and_never_absorb
         }
     }
     assert_eq!(last.len(), 2, "{last:?}");
+}
+
+#[test]
+fn somebody_who_is_there_from_the_first_image_and_keeps_still_is_found_and_stays() {
+    let mut tracker = tracker(&camera());
+    let mut found = BTreeSet::new();
+    for image in 0..90 {
+        // The same pose, as of a doll: longer than a thing that does not move is looked at.
+        let people = vec![somebody(1, 4.0, [2.6, 0.2], 3.0)];
+        let seen = view(people, Vec::new(), image);
+        let bodies = tracker.track(&seen.image, at_ns(image)).unwrap();
+        assert!(image < 12 || bodies.len() == 1, "image {image}");
+        found.extend(bodies.iter().map(|body| body.id));
+    }
+    assert_eq!(found.len(), 1);
+}
+
+#[test]
+fn things_of_a_persons_size_are_nobody() {
+    let thing = |[x, y]: [f64; 2], [wide, deep, high]: [f64; 3], heading: f64| Block {
+        middle: Position::new(x, y, high / 2.0),
+        half_m: [wide / 2.0, deep / 2.0, high / 2.0],
+        heading,
+    };
+    let mut tracker = tracker(&camera());
+    for image in 0..75 {
+        let things = vec![
+            thing([2.6, -1.0], [0.45, 0.25, 1.75], 0.3),
+            thing([2.2, 0.1], [0.5, 0.5, 0.9], 0.8),
+            thing([2.3, 0.1], [0.45, 0.08, 1.4], 0.8),
+            thing([3.2, 1.1], [0.2, 0.2, 1.6], 0.0),
+        ];
+        let seen = view(Vec::new(), things, image);
+        let bodies = tracker.track(&seen.image, at_ns(image)).unwrap();
+        assert_eq!(bodies, [], "image {image}");
+    }
 }
 
 #[test]

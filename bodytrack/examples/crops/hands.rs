@@ -246,7 +246,9 @@ impl Hand<'_> {
 /// Every `step`th pixel and row of a view.
 fn thinned(view: &DepthView, step: u32) -> DepthView {
     let width = view.image.width as usize;
-    let kept = |at: &usize| at % width % step as usize == 0 && at / width % step as usize == 0;
+    let kept = |at: &usize| {
+        (at % width).is_multiple_of(step as usize) && (at / width).is_multiple_of(step as usize)
+    };
     let pixels: Vec<usize> = (0..view.owners.len()).filter(kept).collect();
     DepthView {
         image: view.image.every(step),
