@@ -4,6 +4,8 @@
 //! Conversions into the vocabulary validate once, here; behind them nothing needs to look again.
 
 mod convert;
+pub mod foxglove;
+mod schema;
 
 /// The generated messages, clients and servers.
 #[allow(missing_docs, unreachable_pub, clippy::all)]
@@ -20,6 +22,7 @@ pub use convert::observation::{
 };
 pub use convert::room_frame::{room_frame_from_wire, room_frame_to_wire};
 pub use convert::{WireError, check_sensor_name};
+pub use schema::schema_of;
 
 /// The version of the protocol that `Hello` names.
 pub const PROTOCOL: u32 = 1;

@@ -20,18 +20,10 @@ mod record;
 mod recover;
 mod refuse;
 mod rewrite;
-mod scene;
-mod schema;
 mod storage;
 mod tally;
 mod topic;
 mod writer;
-
-/// Foxglove's messages, as far as a take uses them.
-#[allow(missing_docs, unreachable_pub, clippy::all)]
-mod foxglove {
-    include!("generated/foxglove.rs");
-}
 
 pub use catalogue::{Catalogue, TakeChange};
 pub use convert::{input_from_bytes, input_to_bytes};

@@ -1,10 +1,5 @@
 //! The topics of a take and the message each one holds.
 
-use posefuse_proto::DESCRIPTORS;
-
-/// The descriptors of [`crate::foxglove`].
-const FOXGLOVE_DESCRIPTORS: &[u8] = include_bytes!("generated/descriptors.bin");
-
 /// A topic of a take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Topic {
@@ -66,11 +61,19 @@ impl Topic {
             Self::Transforms => "foxglove.FrameTransforms",
         }
     }
+}
 
-    pub(crate) fn descriptors(self) -> &'static [u8] {
-        match self {
-            Self::Scene | Self::Transforms => FOXGLOVE_DESCRIPTORS,
-            _ => DESCRIPTORS,
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_topic_has_a_schema() {
+        for topic in Topic::ALL {
+            assert!(
+                !posefuse_proto::schema_of(topic.schema()).is_empty(),
+                "{topic:?}"
+            );
         }
     }
 }

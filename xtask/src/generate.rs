@@ -1,5 +1,5 @@
-//! Generates the Rust code and the descriptor sets of our .proto files: the wire (`proto/posefuse/v1`) and what a
-//! take holds for viewers (`session/foxglove`).
+//! Generates the Rust code and the descriptor sets of our .proto files: the wire (`proto/posefuse/v1`) and what takes and
+//! live streams hold for viewers (`proto/foxglove`).
 //!
 //! The result is checked in, so that building Posefuse needs no generator; `--check` compares instead of writing.
 
@@ -32,9 +32,9 @@ const SETS: [Set; 2] = [
         code: "posefuse.v1.rs",
     },
     Set {
-        root: "session/foxglove",
+        root: "proto/foxglove",
         sources: &["foxglove.proto"],
-        target: "session/src/generated",
+        target: "proto/src/foxglove/generated",
         code: "foxglove.rs",
     },
 ];

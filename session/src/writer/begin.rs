@@ -12,7 +12,6 @@ use crate::container::{Container, NewChannel, Pushed};
 use crate::draft::Draft;
 use crate::header::{CALIBRATION, CONFIG, START, calibration_to_text};
 use crate::name::file_of;
-use crate::schema::schema_of;
 use crate::storage::{Append, Storage};
 use crate::tally::Tally;
 use crate::{EngineState, Result, TakeError, TakeHeader, Topic, convert};
@@ -145,7 +144,12 @@ impl TakeWriter {
                 })?;
             }
             for (id, topic) in (1..).zip(Topic::ALL) {
-                container.add_schema(id, topic.schema(), "protobuf", &schema_of(topic))?;
+                container.add_schema(
+                    id,
+                    topic.schema(),
+                    "protobuf",
+                    &posefuse_proto::schema_of(topic.schema()),
+                )?;
                 container.add_channel(&NewChannel {
                     id,
                     topic: topic.name(),

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use mcap::records::MessageHeader;
 use posefuse_fusion::{Input, Rejection};
-use posefuse_proto::room_frame_to_wire;
+use posefuse_proto::{foxglove, room_frame_to_wire};
 use posefuse_skeleton::{Calibration, RoomFrame, Timestamp};
 use prost::Message;
 
@@ -21,7 +21,7 @@ use crate::container::{Container, Pushed};
 use crate::draft::Draft;
 use crate::storage::Storage;
 use crate::tally::Tally;
-use crate::{Event, Result, TakeError, TakeHeader, TakeInfo, Topic, Truth, convert, scene};
+use crate::{Event, Result, TakeError, TakeHeader, TakeInfo, Topic, Truth, convert};
 
 use end::disk_trouble;
 pub use options::{Flushed, TakeOptions};
@@ -94,7 +94,7 @@ impl TakeWriter {
         self.next_transforms = unix_ns.saturating_add(TRANSFORMS_EVERY_NS);
         match self.calibration.clone() {
             Some(calibration) => {
-                let bytes = scene::transforms_of(&calibration, unix_ns);
+                let bytes = foxglove::sensors_of(&calibration, unix_ns);
                 self.message(Topic::Transforms, unix_ns, unix_ns, &bytes)
             }
             None => Ok(()),
@@ -113,7 +113,7 @@ impl TakeWriter {
         self.tally.count_frame(frame.tracks.len());
         if time >= self.next_scene {
             self.next_scene = time.saturating_add(self.options.scene_every_ns);
-            self.message(Topic::Scene, time, time, &scene::scene_of(frame, time))?;
+            self.message(Topic::Scene, time, time, &foxglove::scene_of(frame, time))?;
         }
         Ok(())
     }

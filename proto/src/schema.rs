@@ -1,16 +1,21 @@
-//! Schemas for a take: of all .proto files just those that a message needs, so that each schema stands alone.
+//! Schemas for takes and viewers: of all .proto files just those that a message needs, so that each schema stands alone.
 
 use std::collections::BTreeSet;
 
 use prost::Message;
 use prost_types::{FileDescriptorProto, FileDescriptorSet};
 
-use crate::Topic;
+use crate::{DESCRIPTORS, foxglove};
 
-/// The serialised `FileDescriptorSet` of the topic's message, dependencies first.
-pub(crate) fn schema_of(topic: Topic) -> Vec<u8> {
-    let all = FileDescriptorSet::decode(topic.descriptors()).unwrap_or_default();
-    let (package, message) = topic.schema().rsplit_once('.').unwrap_or_default();
+/// The serialised `FileDescriptorSet` of a message by its full name, e.g. `foxglove.SceneUpdate`, dependencies first; empty
+/// if there is no such message.
+pub fn schema_of(full_name: &str) -> Vec<u8> {
+    let (package, message) = full_name.rsplit_once('.').unwrap_or_default();
+    let descriptors = match package {
+        "foxglove" => foxglove::DESCRIPTORS,
+        _ => DESCRIPTORS,
+    };
+    let all = FileDescriptorSet::decode(descriptors).unwrap_or_default();
     let holds = |file: &&FileDescriptorProto| {
         file.package() == package && file.message_type.iter().any(|m| m.name() == message)
     };
@@ -47,25 +52,29 @@ mod tests {
 
     #[test]
     fn every_schema_stands_alone_and_holds_its_message() {
-        for topic in Topic::ALL {
-            let schema = FileDescriptorSet::decode(schema_of(topic).as_slice()).unwrap();
+        for name in [
+            "posefuse.v1.EngineInput",
+            "posefuse.v1.RoomFrame",
+            "posefuse.v1.Truth",
+            "foxglove.SceneUpdate",
+            "foxglove.FrameTransforms",
+        ] {
+            let schema = FileDescriptorSet::decode(schema_of(name).as_slice()).unwrap();
             let mut known = BTreeSet::new();
             for file in &schema.file {
                 for import in &file.dependency {
                     assert!(
                         known.contains(import),
-                        "{topic:?}: {import} comes late or never"
+                        "{name}: {import} comes late or never"
                     );
                 }
                 known.insert(file.name().to_owned());
             }
             let last = schema.file.last().unwrap();
-            let name =
+            let full =
                 |m: &prost_types::DescriptorProto| format!("{}.{}", last.package(), m.name());
-            assert!(
-                last.message_type.iter().any(|m| name(m) == topic.schema()),
-                "{topic:?}"
-            );
+            assert!(last.message_type.iter().any(|m| full(m) == name), "{name}");
         }
+        assert!(schema_of("posefuse.v1.Nothing").is_empty());
     }
 }

@@ -1,21 +1,22 @@
-//! The take as a viewer draws it: people as lines and spheres, sensors as frames. Room axes, metres.
+//! People as lines and spheres, sensors and bones as frames. Room axes, metres.
 //!
 //! Joints are coloured by where they come from; a sphere's size is the joint's uncertainty (two standard deviations
 //! either way, within bounds), its opacity the confidence. An entity lives shortly, so that people who left vanish.
 
 use posefuse_skeleton::{
-    BONES, Calibration, JOINT_COUNT, Joint, JointState, Provenance, Room, RoomFrame, Track,
+    BONES, Calibration, JOINT_COUNT, Joint, JointState, Provenance, Room, RoomFrame, Track, TrackId,
 };
 use prost::Message;
 use prost_types::{Duration, Timestamp};
 
-use crate::foxglove::{
+use super::messages::{
     Color, FrameTransform, FrameTransforms, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
-    SceneUpdate, SpherePrimitive, TextPrimitive, Vector3, line_primitive,
+    SceneEntityDeletion, SceneUpdate, SpherePrimitive, TextPrimitive, Vector3, line_primitive,
+    scene_entity_deletion,
 };
 
 /// The frame that everything stands in.
-const ROOM: &str = "room";
+pub const ROOM: &str = "room";
 /// How long a person stays on display after the last frame, nanoseconds.
 const LIFETIME_NS: i32 = 300_000_000;
 /// Diameter of a joint's sphere, metres.
@@ -24,7 +25,7 @@ const BONE_THICKNESS_M: f64 = 0.02;
 const LABEL_HEIGHT_M: f64 = 0.12;
 
 /// A fused frame as `foxglove.SceneUpdate`; `unix_ns` is its time since 1970.
-pub(crate) fn scene_of(frame: &RoomFrame, unix_ns: u64) -> Vec<u8> {
+pub fn scene_of(frame: &RoomFrame, unix_ns: u64) -> Vec<u8> {
     let update = SceneUpdate {
         deletions: Vec::new(),
         entities: frame
@@ -36,34 +37,71 @@ pub(crate) fn scene_of(frame: &RoomFrame, unix_ns: u64) -> Vec<u8> {
     update.encode_to_vec()
 }
 
-/// The sensors' places as `foxglove.FrameTransforms`.
-pub(crate) fn transforms_of(calibration: &Calibration, unix_ns: u64) -> Vec<u8> {
-    let transform = |(name, pose): (&String, &posefuse_skeleton::SensorPose)| {
-        let (at, turn) = (
-            pose.room_from_sensor.origin().vector(),
-            pose.room_from_sensor.rotation(),
-        );
-        FrameTransform {
-            timestamp: Some(timestamp(unix_ns)),
-            parent_frame_id: ROOM.to_owned(),
-            child_frame_id: format!("sensor/{name}"),
-            translation: Some(Vector3 {
-                x: at.x,
-                y: at.y,
-                z: at.z,
-            }),
-            rotation: Some(Quaternion {
-                x: turn.i,
-                y: turn.j,
-                z: turn.k,
-                w: turn.w,
-            }),
-        }
+/// The removal of people from the scene as `foxglove.SceneUpdate`. Appended to another such message it is part of that one.
+pub fn deletions_of(people: impl IntoIterator<Item = TrackId>, unix_ns: u64) -> Vec<u8> {
+    let deletion = |id| SceneEntityDeletion {
+        timestamp: Some(timestamp(unix_ns)),
+        r#type: scene_entity_deletion::Type::MatchingId.into(),
+        id: entity_id(id),
+    };
+    let update = SceneUpdate {
+        deletions: people.into_iter().map(deletion).collect(),
+        entities: Vec::new(),
+    };
+    update.encode_to_vec()
+}
+
+/// What a person is called in scenes.
+pub fn entity_id(id: TrackId) -> String {
+    format!("person-{id}")
+}
+
+/// A frame that stands in another one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Child {
+    /// Its name.
+    pub name: String,
+    /// The name of the frame it stands in, e.g. [`ROOM`].
+    pub parent: String,
+    /// Its origin there, metres.
+    pub origin: nalgebra::Vector3<f64>,
+    /// Its axes there: `parent_from_child`.
+    pub rotation: nalgebra::UnitQuaternion<f64>,
+}
+
+/// Frames as `foxglove.FrameTransforms`.
+pub fn transforms_of(children: impl IntoIterator<Item = Child>, unix_ns: u64) -> Vec<u8> {
+    let transform = |child: Child| FrameTransform {
+        timestamp: Some(timestamp(unix_ns)),
+        parent_frame_id: child.parent,
+        child_frame_id: child.name,
+        translation: Some(Vector3 {
+            x: child.origin.x,
+            y: child.origin.y,
+            z: child.origin.z,
+        }),
+        rotation: Some(Quaternion {
+            x: child.rotation.i,
+            y: child.rotation.j,
+            z: child.rotation.k,
+            w: child.rotation.w,
+        }),
     };
     FrameTransforms {
-        transforms: calibration.sensors.iter().map(transform).collect(),
+        transforms: children.into_iter().map(transform).collect(),
     }
     .encode_to_vec()
+}
+
+/// The sensors' places as `foxglove.FrameTransforms`.
+pub fn sensors_of(calibration: &Calibration, unix_ns: u64) -> Vec<u8> {
+    let sensors = calibration.sensors.iter().map(|(name, pose)| Child {
+        name: format!("sensor/{name}"),
+        parent: ROOM.to_owned(),
+        origin: pose.room_from_sensor.origin().vector(),
+        rotation: pose.room_from_sensor.rotation(),
+    });
+    transforms_of(sensors, unix_ns)
 }
 
 fn timestamp(unix_ns: u64) -> Timestamp {
@@ -77,7 +115,7 @@ fn person(track: &Track, unix_ns: u64) -> SceneEntity {
     SceneEntity {
         timestamp: Some(timestamp(unix_ns)),
         frame_id: ROOM.to_owned(),
-        id: format!("person-{}", track.id),
+        id: entity_id(track.id),
         lifetime: Some(Duration {
             seconds: 0,
             nanos: LIFETIME_NS,
