@@ -133,6 +133,13 @@ def joins_leaves_and_recovers(port: int, poses: list[dict]):
         send_body(port + 1, poses[1][0], number)
         stream.step(now + 2.5)
     assert not figure(2).hide_viewport
+    # Who is said to be gone has left at once.
+    send(port + 1, [message("/VMC/Ext/OK", 0)])
+    stream.step(now + 2.51)
+    assert figure(2).hide_viewport and stream.present(now + 2.51) == ["Posefuse person 1"]
+    for number in range(3):
+        send_body(port + 1, poses[1][0], number)
+        stream.step(now + 2.52)
     # Whoever deletes a figure sees it again; whoever sends rubbish is not heard.
     bpy.data.objects.remove(figure(2))
     dice = random.Random(5)

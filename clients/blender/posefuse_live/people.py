@@ -93,6 +93,8 @@ class People:
             if (place := _place(arguments)) is not None:
                 self.bodies.setdefault(port, Body()).root = place
             return place is not None
+        if address == "/VMC/Ext/OK":
+            return self._state(port, arguments, now_s)
         if address == "/VMC/Ext/T":
             if (numbers := _numbers(arguments, 1)) is not None:
                 self.bodies.setdefault(port, Body()).sent_s = numbers[0]
@@ -101,6 +103,14 @@ class People:
             # Faces, cameras, keys: of others' interest.
             return True
         return address.startswith("/skel/") and self._joint(address, arguments, now_s)
+
+    def _state(self, port: int, arguments: list, now_s: float) -> bool:
+        """Whether there is anybody: who is said to be gone has left at once; who is there but not seen stays as they are."""
+        if (numbers := _numbers(arguments, 1)) is None:
+            return False
+        if (body := self.bodies.get(port)) is not None and body.bones:
+            body.heard_s = now_s if numbers[0] else -math.inf
+        return True
 
     def _bone(self, port: int, arguments: list, now_s: float) -> bool:
         place = _place(arguments)

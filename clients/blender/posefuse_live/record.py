@@ -64,7 +64,7 @@ def assign(thing, action):
 
 def release(thing):
     """Lets no action move an object: it is moved live."""
-    if thing.animation_data is not None:
+    if thing.animation_data is not None and thing.animation_data.action is not None:
         thing.animation_data.action = None
 
 
