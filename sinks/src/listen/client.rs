@@ -31,7 +31,8 @@ const LONGEST_SAID: usize = 8 << 20;
 pub(super) async fn attend<T: Talk>(house: Arc<House<T>>, stream: TcpStream, peer: SocketAddr) {
     // Without it a frame may wait for the client's answer to the one before.
     let _ = stream.set_nodelay(true);
-    let Ok(Some(guest)) = tokio::time::timeout(HANDSHAKE, Guest::receive(house, stream)).await else {
+    let Ok(Some(guest)) = tokio::time::timeout(HANDSHAKE, Guest::receive(house, stream)).await
+    else {
         return;
     };
     tracing::info!(%peer, "a client came");
@@ -123,14 +124,12 @@ impl<T: Talk> Guest<T> {
         }
     }
 
-    fn hear<E>(
-        &mut self,
-        heard: Option<Result<Message, E>>,
-    ) -> Result<Vec<Message>, &'static str> {
+    fn hear<E>(&mut self, heard: Option<Result<Message, E>>) -> Result<Vec<Message>, &'static str> {
         let Some(heard) = heard else {
             return Err("it ended the connection");
         };
-        let message = heard.map_err(|_| "the connection broke, or what it said was too long or no WebSocket")?;
+        let message = heard
+            .map_err(|_| "the connection broke, or what it said was too long or no WebSocket")?;
         self.alive = Instant::now();
         Ok(match message {
             Message::Text(text) => self.house.talk.hear(&mut self.client, &text),

@@ -161,6 +161,3 @@ async fn accept(listener: &TcpListener) -> (TcpStream, SocketAddr) {
         tokio::time::sleep(ACCEPT_PAUSE).await;
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -153,7 +153,9 @@ impl<'a> Person<'a> {
         Self {
             id: track.id.0,
             joints: ByJoint(track, |state| metres(state.position.vector().into())),
-            confidence: ByJoint(track, |state| rounded(f64::from(state.confidence.get()), 1e3)),
+            confidence: ByJoint(track, |state| {
+                rounded(f64::from(state.confidence.get()), 1e3)
+            }),
             provenance: ByJoint(track, |state| match state.provenance {
                 Provenance::Measured(_) => "measured",
                 Provenance::Predicted(_) => "predicted",

@@ -37,7 +37,11 @@ pub(super) struct Prepared {
 
 impl Prepared {
     fn people(&self, bodies: bool) -> &str {
-        let place = if bodies { &self.with_bodies } else { &self.plain };
+        let place = if bodies {
+            &self.with_bodies
+        } else {
+            &self.plain
+        };
         place.get_or_init(|| {
             let tracks = self.live.frame.tracks.iter();
             let people: Vec<Person<'_>> = tracks
