@@ -11,6 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import grpc
 
@@ -229,7 +230,7 @@ class _Connection:
                     return pb.AgentMessage(frame=state.buffer.send_next())
                 state.changed.wait(self._health_due - now if self._welcomed else None)
 
-    def serve(self, call) -> None:
+    def serve(self, call: Any) -> None:
         """Hears the server until the stream ends. An error is why it broke; a plain return is for good."""
         watchdog = threading.Thread(target=self._watch, args=(call,), name="posefuse-watchdog", daemon=True)
         watchdog.start()
@@ -248,7 +249,7 @@ class _Connection:
         if not self._state.delivered:
             raise Lost("the server ended the stream")
 
-    def _watch(self, call) -> None:
+    def _watch(self, call: Any) -> None:
         """Breaks a connection off whose server says nothing: TCP alone would wait for many seconds."""
         while not self._over:
             patience = SILENT_SERVER_S if self._welcomed else WELCOME_S

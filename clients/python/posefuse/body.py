@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Union
+from typing import Any, NamedTuple, Union
 
 from .v1 import types_pb2
 
@@ -53,7 +53,7 @@ def to_wire(body: Body, names: tuple[str, ...]) -> types_pb2.Body:
     return wire
 
 
-def _ordered(given, names: tuple[str, ...]) -> list:
+def _ordered(given: Mapping[str, Any] | Sequence[Any], names: tuple[str, ...]) -> list[Any]:
     if not isinstance(given, Mapping):
         if len(given) != len(names):
             raise ValueError(f"expected {len(names)} joints in the order {', '.join(names[:3])} ..., found {len(given)}")

@@ -14,4 +14,8 @@ class Stopped(PosefuseError):
 
 
 class ServerError(PosefuseError):
-    """The server did not answer, or not with what was asked for."""
+    """The server did not answer, or not with what was asked for; `code` is gRPC's word for why, e.g. `NOT_FOUND`."""
+
+    def __init__(self, words: str, code: str = "") -> None:
+        super().__init__(words)
+        self.code = code
