@@ -51,6 +51,13 @@ pub struct FitConfig {
     /// What a fused position is off by besides its covariance, millimetres: 0.1 to 100. Trackers' biases, which no covariance
     /// tells; without it, bodies shake as sensors come and go.
     pub floor_mm: f64,
+    /// Over how many seconds the weight of a joint follows its covariance: 0 (at once) to 5. Weights that jump, as sensors
+    /// come and go, would make a body jump that does not agree with all joints.
+    pub steady_s: f64,
+    /// How suddenly joints change their speed, degrees per second squared (one standard deviation); 0: not looked at.
+    pub sudden_dps2: f64,
+    /// The same of the root, m/s^2.
+    pub sudden_mps2: f64,
 }
 
 impl Default for FitConfig {
@@ -61,6 +68,9 @@ impl Default for FitConfig {
             iterations: 6,
             robust: true,
             floor_mm: 15.0,
+            steady_s: 0.3,
+            sudden_dps2: 8000.0,
+            sudden_mps2: 60.0,
         }
     }
 }
@@ -131,14 +141,14 @@ impl Default for FeetConfig {
     fn default() -> Self {
         Self {
             enabled: true,
-            slow_mps: 0.25,
-            fast_mps: 0.30,
+            slow_mps: 0.40,
+            fast_mps: 0.50,
             low_m: 0.03,
             high_m: 0.05,
-            leave_m: 0.03,
-            catch_s: 0.10,
-            release_s: 0.10,
-            firmness_mm: 3.0,
+            leave_m: 0.055,
+            catch_s: 0.15,
+            release_s: 0.20,
+            firmness_mm: 6.0,
         }
     }
 }
@@ -268,6 +278,9 @@ impl Config {
         let numbers = [
             ("fit.iterations", fit.iterations as f64, 1.0, 50.0),
             ("fit.floor_mm", fit.floor_mm, 0.1, 100.0),
+            ("fit.steady_s", fit.steady_s, 0.0, 5.0),
+            ("fit.sudden_dps2", fit.sudden_dps2, 0.0, 1e6),
+            ("fit.sudden_mps2", fit.sudden_mps2, 0.0, 1e6),
             ("hold.straight_deg", self.hold.straight_deg, 1.0, 45.0),
             ("limits.softness_deg", self.limits.softness_deg, 0.05, 20.0),
             ("feet.slow_mps", feet.slow_mps, 0.01, 5.0),

@@ -34,7 +34,7 @@ const UNSEEN_S: f64 = 0.5;
 /// Where a point should be that is kept, and how much it is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Held {
-    /// Between where it was seen last and where it is kept, by `share`.
+    /// Where it was seen last, moved by `share` of the way to where it is kept.
     pub(crate) at: Vector3<f64>,
     /// 0 (not yet, or no more) to 1.
     pub(crate) share: f64,
@@ -45,6 +45,9 @@ struct Point {
     recent: Vec<(Timestamp, Vector3<f64>)>,
     stands: bool,
     kept: Vector3<f64>,
+    /// From where it was seen to where it is kept; as it was last while it stood. A foot that is let go leaves with that: what
+    /// is left of it moves along and dwindles.
+    offset: Vector3<f64>,
     frames: f64,
     /// Grows evenly while it stands, falls evenly after.
     grip: f64,
@@ -85,7 +88,7 @@ impl Feet {
         let share = point.grip * point.grip * (3.0 - 2.0 * point.grip);
         let seen = point.recent.last().map_or(point.kept, |(_, seen)| *seen);
         (share > 0.0).then(|| Held {
-            at: seen.lerp(&point.kept, share),
+            at: seen + point.offset * share,
             share,
         })
     }
@@ -125,6 +128,9 @@ impl Point {
                 let gain = (1.0 / self.frames).max((elapsed / SETTLE_S).min(1.0));
                 self.kept += (seen - self.kept) * gain;
             }
+        }
+        if let (true, Some(seen)) = (self.stands, seen) {
+            self.offset = self.kept - seen;
         }
         let (goal, over) = if self.stands {
             (1.0, config.catch_s)

@@ -25,6 +25,8 @@ mod range;
 mod rig;
 mod solved;
 mod solver;
+mod speeds;
+mod steady;
 
 pub use angles::Angle;
 pub use body::{Arm, Body, Learner, Leg};

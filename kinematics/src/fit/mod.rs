@@ -18,6 +18,7 @@ use crate::posture::{Offsets, Placed, Posture};
 
 use freedom::{Freedoms, MOST};
 use normal::{Motion, Normal};
+pub(crate) use prior::Before;
 use prior::Priors;
 
 /// Where a joint should be.
@@ -81,13 +82,12 @@ impl Fitter {
         }
     }
 
-    /// The posture that lies best on the targets, from `start` on, `elapsed` seconds after `last`; at most `iterations`
-    /// steps.
+    /// The posture that lies best on the targets, from `start` on, after `last`; at most `iterations` steps.
     pub(crate) fn fit(
         &mut self,
         start: Posture,
         targets: &[Target],
-        last: Option<(&Posture, f64)>,
+        last: Option<Before>,
         iterations: usize,
     ) -> Fitted {
         let mut best = self.tried(start, targets, last);
@@ -123,8 +123,15 @@ impl Fitter {
         best.fitted
     }
 
+    /// What a posture costs in itself, without what was before.
+    pub(crate) fn cost(&self, fitted: &Fitted, targets: &[Target]) -> f64 {
+        self.tried(fitted.posture.clone(), targets, None)
+            .fitted
+            .cost
+    }
+
     /// Where this posture places the bones, and what it costs.
-    fn tried(&self, posture: Posture, targets: &[Target], last: Option<(&Posture, f64)>) -> Trial {
+    fn tried(&self, posture: Posture, targets: &[Target], last: Option<Before>) -> Trial {
         let mut placed = Placed::new();
         let mut axes = [Vector3::zeros(); MOST];
         let first = &self.freedoms.first;
@@ -152,7 +159,7 @@ impl Fitter {
     }
 
     /// The normal equations at this posture.
-    fn linearise(&mut self, trial: &Trial, targets: &[Target], last: Option<(&Posture, f64)>) {
+    fn linearise(&mut self, trial: &Trial, targets: &[Target], last: Option<Before>) {
         let Self {
             normal,
             motions,

@@ -48,6 +48,18 @@ pub(super) struct Priors {
     balls: Vec<BallPrior>,
     /// 1/rad^2; 0 where limits are off.
     limit_weight: f64,
+    /// Of joints, rad/s^2, and of the root, m/s^2; 0: not looked at.
+    sudden: [f64; 2],
+}
+
+/// What is known of the frame before.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Before<'a> {
+    pub(crate) last: &'a Posture,
+    /// Seconds since.
+    pub(crate) elapsed: f64,
+    /// Where the body would be now if it went on as it did.
+    pub(crate) expected: Option<&'a Posture>,
 }
 
 /// A residual, its weight, and its derivative by the freedoms of a ball.
@@ -70,6 +82,7 @@ impl Priors {
             hinges: Vec::new(),
             balls: Vec::new(),
             limit_weight,
+            sudden: [config.fit.sudden_dps2.to_radians(), config.fit.sudden_mps2],
         };
         for (bone, turn) in TURNS.iter().enumerate() {
             let freedom = freedoms.first[bone];
@@ -87,35 +100,48 @@ impl Priors {
         priors
     }
 
+    /// Where joints are expected, and how firmly, 1/rad^2.
+    fn sudden<'a>(&self, before: Before<'a>) -> Option<(&'a Posture, f64)> {
+        weighted(before, self.sudden[0])
+    }
+
+    /// The same of the root, 1/m^2.
+    fn root_sudden<'a>(&self, before: Before<'a>) -> Option<(&'a Posture, f64)> {
+        weighted(before, self.sudden[1])
+    }
+
     /// What the priors add to the cost.
-    pub(super) fn cost(&self, posture: &Posture, last: Option<(&Posture, f64)>) -> f64 {
+    pub(super) fn cost(&self, posture: &Posture, last: Option<Before>) -> f64 {
         let mut cost = 0.0;
         for hinge in &self.hinges {
             let angle = posture.angles[hinge.bone][hinge.index];
             let over = excess(angle, hinge.low, hinge.high);
             cost += 0.5 * self.limit_weight * over * over;
             cost += 0.5 * hinge.usual_weight * (angle - hinge.usual).powi(2);
-            if let Some((last, elapsed)) = last {
-                let moved = angle - last.angles[hinge.bone][hinge.index];
-                cost += 0.5 * moved * moved / (hinge.stray_squared * elapsed);
+            if let Some(before) = last {
+                let moved = angle - before.last.angles[hinge.bone][hinge.index];
+                cost += 0.5 * moved * moved / (hinge.stray_squared * before.elapsed);
+                if let Some((expected, weight)) = self.sudden(before) {
+                    let off = angle - expected.angles[hinge.bone][hinge.index];
+                    cost += 0.5 * off * off * weight;
+                }
             }
         }
         for ball in &self.balls {
             self.ball_terms(ball, posture, last, &mut |term| cost += term.cost);
         }
-        if let Some((last, elapsed)) = last {
-            cost += 0.5 * (posture.root - last.root).norm_squared() * root_weight(elapsed);
+        if let Some(before) = last {
+            let moved = posture.root - before.last.root;
+            cost += 0.5 * moved.norm_squared() * root_weight(before.elapsed);
+            if let Some((expected, weight)) = self.root_sudden(before) {
+                cost += 0.5 * (posture.root - expected.root).norm_squared() * weight;
+            }
         }
         cost
     }
 
     /// Adds them to the normal equations.
-    pub(super) fn add(
-        &self,
-        normal: &mut Normal,
-        posture: &Posture,
-        last: Option<(&Posture, f64)>,
-    ) {
+    pub(super) fn add(&self, normal: &mut Normal, posture: &Posture, last: Option<Before>) {
         for hinge in &self.hinges {
             let angle = posture.angles[hinge.bone][hinge.index];
             let over = excess(angle, hinge.low, hinge.high);
@@ -125,9 +151,14 @@ impl Priors {
             if hinge.usual_weight > 0.0 {
                 normal.add_single(hinge.freedom, angle - hinge.usual, hinge.usual_weight);
             }
-            if let Some((last, elapsed)) = last {
-                let moved = angle - last.angles[hinge.bone][hinge.index];
-                normal.add_single(hinge.freedom, moved, 1.0 / (hinge.stray_squared * elapsed));
+            if let Some(before) = last {
+                let moved = angle - before.last.angles[hinge.bone][hinge.index];
+                let weight = 1.0 / (hinge.stray_squared * before.elapsed);
+                normal.add_single(hinge.freedom, moved, weight);
+                if let Some((expected, weight)) = self.sudden(before) {
+                    let off = angle - expected.angles[hinge.bone][hinge.index];
+                    normal.add_single(hinge.freedom, off, weight);
+                }
             }
         }
         for ball in &self.balls {
@@ -135,10 +166,16 @@ impl Priors {
                 normal.add_ball(ball.freedom, &term.derivative, term.residual, term.weight);
             });
         }
-        if let Some((last, elapsed)) = last {
-            let moved = posture.root - last.root;
+        if let Some(before) = last {
+            let moved = posture.root - before.last.root;
             for axis in 0..3 {
-                normal.add_single(axis, moved[axis], root_weight(elapsed));
+                normal.add_single(axis, moved[axis], root_weight(before.elapsed));
+            }
+            if let Some((expected, weight)) = self.root_sudden(before) {
+                let off = posture.root - expected.root;
+                for axis in 0..3 {
+                    normal.add_single(axis, off[axis], weight);
+                }
             }
         }
     }
@@ -147,7 +184,7 @@ impl Priors {
         &self,
         ball: &BallPrior,
         posture: &Posture,
-        last: Option<(&Posture, f64)>,
+        last: Option<Before>,
         each: &mut dyn FnMut(BallTerm),
     ) {
         let rotation = &posture.balls[ball.bone];
@@ -174,9 +211,16 @@ impl Priors {
             let usual = angle - cone.twist.usual.to_radians();
             square(usual, cone.twist.spread.to_radians().powi(-2), derivative);
         }
-        let Some((last, elapsed)) = last else {
+        let Some(before) = last else {
             return;
         };
+        if let Some((expected, weight)) = self.sudden(before) {
+            let off = (expected.balls[ball.bone].inverse() * rotation).scaled_axis();
+            for axis in 0..3 {
+                square(off[axis], weight, Vector3::ith(axis, 1.0));
+            }
+        }
+        let (last, elapsed) = (before.last, before.elapsed);
         let moved = (last.balls[ball.bone].inverse() * rotation).scaled_axis();
         let along = ball.cone.map_or(Vector3::zeros(), |cone| cone.along);
         let weight = 1.0 / (ball.stray_squared * elapsed);
@@ -231,6 +275,14 @@ fn ball(freedom: usize, bone: usize, hold: bool) -> BallPrior {
         stray_squared: stray.to_radians().powi(2),
         twist_stray_squared: twist.to_radians().powi(2),
     }
+}
+
+fn weighted(before: Before<'_>, sudden: f64) -> Option<(&Posture, f64)> {
+    let expected = before.expected.filter(|_| sudden > 0.0)?;
+    Some((
+        expected,
+        (sudden * before.elapsed * before.elapsed).powi(-2),
+    ))
 }
 
 fn root_weight(elapsed: f64) -> f64 {

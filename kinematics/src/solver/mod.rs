@@ -1,22 +1,25 @@
 //! One person, frame by frame.
 
-use nalgebra::{Matrix3, Vector3};
+mod targets;
+
 use posefuse_skeleton::{HandVotes, Joint, JointMap, JointState, Position, Room, Timestamp, Track};
 
 use crate::angles::{Angle, angles};
 use crate::body::Body;
-use crate::bones::{BONE_OF_JOINT, BONES, HEAD, LEGS};
+use crate::bones::{BONES, HEAD};
 use crate::config::{Config, LookAt, Start};
 use crate::direct;
-use crate::feet::{Feet, Held, POINTS};
-use crate::fit::{Fitted, Fitter, Target};
+use crate::feet::{Feet, POINTS};
+use crate::fit::{Before, Fitted, Fitter};
 use crate::grip::Grips;
 use crate::hands::HandFilter;
 use crate::look::Look;
 use crate::posture::{Offsets, Placed, Posture, offsets};
-use crate::range::{clamp, ranges};
+use crate::range::clamp;
 use crate::rig::Rig;
 use crate::solved::{Solved, residual};
+use crate::speeds::expected;
+use crate::steady::Weights;
 
 /// Makes poses of one person's rig from that person's tracks.
 ///
@@ -58,6 +61,9 @@ pub struct Solver {
     last: Option<(Timestamp, Posture)>,
     /// As given out.
     made: Option<Posture>,
+    weights: Weights,
+    /// The one before `last`, and the seconds between.
+    previous: Option<(Posture, f64)>,
     feet: Feet,
     look: Look,
     hands: [HandFilter; 2],
@@ -74,8 +80,9 @@ const FIRST_ITERATIONS: usize = 30;
 const LOST_M: f64 = 0.08;
 /// More sensors than this see no hand at once that differ in what they see.
 const MOST_VOTES: usize = 8;
-/// How firmly a foot lies where it was fused, metres of standard deviation: what keeping it begins and ends with.
-const LOOSE_M: f64 = 0.015;
+/// Another beginning is better where what it leads to costs less than this share of what the usual one does: bodies that change
+/// their mind jump.
+const BETTER: f64 = 0.7;
 
 impl Solver {
     /// For a person with this body. `config` should be [valid](Config::validate).
@@ -91,6 +98,8 @@ impl Solver {
             config,
             last: None,
             made: None,
+            weights: Weights::default(),
+            previous: None,
             feet: Feet::default(),
             look: Look::default(),
             hands: [hand.clone(), hand],
@@ -157,7 +166,9 @@ impl Solver {
         };
         if elapsed.is_none() {
             self.feet = Feet::default();
+            self.previous = None;
         }
+        self.weights.step(elapsed, self.config.fit.steady_s);
         let places = POINTS.map(|bone| {
             let joint = BONES[bone].joint?;
             Some(seen[joint]?.position.vector())
@@ -167,11 +178,22 @@ impl Solver {
         let flat = self.flat_heights();
         self.feet
             .step(&places, &flat, at, passed, &self.config.feet);
-        let before = last.as_ref().zip(elapsed);
+        let expected = match (&self.previous, &last, elapsed) {
+            (Some((previous, before)), Some(last), Some(elapsed)) => {
+                Some(expected(previous, last, *before, elapsed))
+            }
+            _ => None,
+        };
+        let before = last.as_ref().zip(elapsed).map(|(last, elapsed)| Before {
+            last,
+            elapsed,
+            expected: expected.as_ref(),
+        });
         let Some(fitted) = self.fitted(&seen, last.as_ref(), before) else {
             self.last = last.map(|posture| (at, posture));
             return None;
         };
+        self.previous = last.zip(elapsed);
         Some(self.finish(fitted, &seen, at, passed))
     }
 
@@ -180,7 +202,7 @@ impl Solver {
         &mut self,
         seen: &JointMap<JointState<Room>>,
         last: Option<&Posture>,
-        before: Option<(&Posture, f64)>,
+        before: Option<Before>,
     ) -> Option<Fitted> {
         let points = seen.map(|_, state| state.position.vector());
         let by_bones = |solver: &Self| {
@@ -206,15 +228,18 @@ impl Solver {
         let targets = self.targets(seen);
         let usual = self.config.fit.iterations;
         let fitted = match before {
-            Some((posture, _)) if self.config.fit.start == Start::Previous => {
-                let fitted = self.fitter.fit(posture.clone(), &targets, before, usual);
+            Some(Before { last, .. }) if self.config.fit.start == Start::Previous => {
+                let fitted = self.fitter.fit(last.clone(), &targets, before, usual);
                 let lost = targets
                     .iter()
                     .any(|target| (fitted.placed.origins[target.bone] - target.at).norm() > LOST_M);
                 let other = lost.then(|| by_bones(self)).flatten();
-                let other = other.map(|start| self.fitter.fit(start, &targets, before, usual));
+                // What was before does not count: where the fit went astray, it would keep it there.
+                let other = other.map(|start| self.fitter.fit(start, &targets, None, usual));
                 match other {
-                    Some(other) if other.cost < fitted.cost => other,
+                    Some(other) if other.cost < BETTER * self.fitter.cost(&fitted, &targets) => {
+                        other
+                    }
                     _ => fitted,
                 }
             }
@@ -233,48 +258,6 @@ impl Solver {
                 posture,
                 cost: 0.0,
             })
-        }
-    }
-
-    /// Where joints should be: where they were fused, and feet that stand where they are kept.
-    fn targets(&self, seen: &JointMap<JointState<Room>>) -> Vec<Target> {
-        let floor = Matrix3::from_diagonal_element((self.config.fit.floor_mm * 1e-3).powi(2));
-        let mut targets: Vec<Target> = Vec::with_capacity(Joint::ALL.len() + POINTS.len());
-        for (joint, state) in seen.iter() {
-            if let Some(weight) = (state.covariance + floor).try_inverse() {
-                targets.push(Target {
-                    bone: BONE_OF_JOINT[joint as usize],
-                    at: state.position.vector(),
-                    weight,
-                    robust: self.config.fit.robust,
-                });
-            }
-        }
-        if !self.config.feet.enabled {
-            return targets;
-        }
-        for (index, bone) in POINTS.into_iter().enumerate() {
-            if let Some(held) = self.feet.held(index) {
-                targets.retain(|target| target.bone != bone);
-                targets.push(self.kept(bone, &held));
-            }
-        }
-        targets
-    }
-
-    /// Where a point of a foot should be that is being kept: between where it was fused and where it is kept, and the
-    /// firmer the nearer to the latter.
-    fn kept(&self, bone: usize, held: &Held) -> Target {
-        let firm = self.config.feet.firmness_mm * 1e-3;
-        let sigma = LOOSE_M * (firm / LOOSE_M).powf(held.share);
-        Target {
-            bone,
-            at: held.at,
-            // Upwards it is kept loosely: firmly, it would tell the knee of a straight leg where to go.
-            weight: Matrix3::from_diagonal(
-                &Vector3::new(sigma, sigma, LOOSE_M).map(|s| 1.0 / (s * s)),
-            ),
-            robust: false,
         }
     }
 
@@ -319,32 +302,6 @@ impl Solver {
             contacts: self.feet.contacts(),
             hands,
         }
-    }
-
-    /// Toes stay level on the floor as far as the ball of the foot stands there.
-    fn bend_toes(&self, posture: &mut Posture, placed: &Placed) {
-        for (side, leg) in LEGS.iter().enumerate() {
-            let share = self.feet.held(2 * side + 1).map_or(0.0, |held| held.share);
-            let ahead: Vector3<f64> = placed.axes[leg.foot].column(0).into();
-            let down = (-ahead.z).atan2(ahead.xy().norm());
-            let range = &ranges(leg.toes)[0];
-            let level = (-down).clamp(range.low.to_radians(), range.high.to_radians());
-            posture.angles[leg.toes][0] = if self.config.extra.toes {
-                level * share
-            } else {
-                0.0
-            };
-        }
-    }
-
-    /// Heights of heel and ball of the feet in flat standing, metres.
-    fn flat_heights(&self) -> [f64; POINTS.len()] {
-        let ankle = self.body.ankle_height;
-        let ball = |side: usize| {
-            let leg = &self.body.legs[side];
-            ankle - leg.foot * leg.foot_pitch_rad.sin()
-        };
-        [ankle, ball(0), ankle, ball(1)]
     }
 }
 
