@@ -21,6 +21,12 @@ pub struct Config {
     pub ingest: crate::ingest::Config,
     /// What subscribers get.
     pub watch: crate::sinks::Config,
+    /// Live streams to other programs.
+    pub sinks: posefuse_sinks::Config,
+    /// How the time of day is counted.
+    pub timecode: crate::room::TimecodeConfig,
+    /// Where other programs start and stop takes, beside HTTP.
+    pub trigger: crate::room::TriggerConfig,
     /// Where takes go.
     pub takes: crate::record::Config,
     /// Where the calibration is kept.
@@ -41,6 +47,9 @@ impl Default for Config {
             net: Default::default(),
             ingest: Default::default(),
             watch: Default::default(),
+            sinks: Default::default(),
+            timecode: Default::default(),
+            trigger: Default::default(),
             takes: Default::default(),
             calibration: Default::default(),
             drift: Default::default(),
@@ -106,6 +115,11 @@ impl Config {
         within("takes.flush_ms", self.takes.flush_ms, 20, 250)?;
         self.calibration.check()?;
         self.drift.check()?;
+        self.trigger.check()?;
+        self.sinks.check().map_err(|error| ConfigError::Value {
+            key: format!("sinks.{}", error.key),
+            expected: error.expected,
+        })?;
         self.fusion.validate()
     }
 }

@@ -14,8 +14,9 @@
 //! # }
 //! ```
 //!
-//! Not here: a system clock, file or socket outside [`SystemClock`], [`Parts::system`] and [`bind`], so that a
-//! simulated network can run the same server; randomness, anywhere; a logger (events go out through `tracing`).
+//! Not here: a system clock, file or socket outside [`SystemClock`], [`Parts::system`], [`bind`] and the ports of UDP that a
+//! configuration may ask for (`[trigger]`), so that a simulated network can run the same server; randomness, anywhere; a
+//! logger (events go out through `tracing`).
 
 mod commented;
 mod config;
@@ -39,6 +40,6 @@ pub use net::{Config as NetConfig, bind};
 pub use parts::{Clock, Listener, Parts, SystemClock, Threads};
 pub use posefuse_models::Config as ModelsConfig;
 pub use record::Config as TakesConfig;
-pub use room::{BUILD, CalibrationConfig};
+pub use room::{BUILD, CalibrationConfig, TimecodeConfig, TimecodeZoneName, TriggerConfig};
 pub use run::run;
 pub use sinks::Config as WatchConfig;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
-use posefuse_fusion::Input;
+use posefuse_fusion::{ConfigError, Input};
 use posefuse_session::{DiskStorage, RecoveryOutcome, Storage, recover};
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, oneshot};
@@ -17,7 +17,7 @@ use crate::fusion_thread::{self, Command, Fusion};
 use crate::ingest::{IngestService, Registry};
 use crate::net;
 use crate::repair::Repair;
-use crate::room::{CalibrationStore, Noted, Room, RoomService, Takes, watch_over};
+use crate::room::{CalibrationStore, Noted, Room, RoomService, Takes, Triggers, watch_over};
 use crate::{Clock, Config, Listener, Parts, ServerError, SystemClock, Threads};
 
 /// How long agents' streams and other work may take to end.
@@ -110,6 +110,12 @@ impl Running {
             .threads
             .blocking(move || Repair::open(&for_models))
             .await?;
+        let (sinks, live, hub) =
+            posefuse_sinks::open(&config.sinks).map_err(|error| ConfigError::Value {
+                key: format!("sinks.{}", error.key),
+                expected: error.expected,
+            })?;
+        let _ended_with_fusion = parts.threads.spawn("bodies", hub.run())?;
         let Fusion {
             inputs,
             commands,
@@ -123,10 +129,12 @@ impl Running {
             &config,
             first.into_iter().collect(),
             model,
+            live,
             parts.clock.clone(),
             parts.threads,
         )?;
         let places = Arc::new(Semaphore::new(config.watch.max_subscribers));
+        let triggers = Triggers::new(&config.trigger);
         let room = Arc::new(Room {
             config,
             clock: parts.clock.clone(),
@@ -138,10 +146,12 @@ impl Running {
             snapshot,
             counters,
             repair,
+            sinks,
             places,
             connections: Arc::default(),
             calibration,
             takes: Takes::new(troubles),
+            triggers,
             drift: Drift::default(),
             noted: Noted::default(),
             muting: tokio::sync::Mutex::default(),
@@ -152,6 +162,8 @@ impl Running {
             stop: CancellationToken::new(),
         });
         room.look_at_disk().await;
+        room.sinks.start();
+        room.listen_for_triggers();
         room.tasks.spawn(watch_over(room.clone()));
         room.tasks.spawn(drift::watch(room.clone(), seen, missed));
         Ok(Self {
@@ -206,6 +218,7 @@ impl Running {
             })
             .await;
         }
+        within(clock, room.sinks.stop()).await;
         room.tasks.close();
         within(clock, room.tasks.wait()).await;
     }

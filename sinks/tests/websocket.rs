@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use futures_util::SinkExt;
 use posefuse_sinks::SinkState;
 use serde_json::{Value, json};
-use websocket_room::{Client, Room, binary, connect, texts};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio_tungstenite::tungstenite::{self, Message};
+use websocket_room::{Client, Room, binary, connect, texts};
 
 fn status(refused: tungstenite::Error) -> (u16, String) {
     let tungstenite::Error::Http(response) = refused else {
@@ -28,7 +28,10 @@ fn status(refused: tungstenite::Error) -> (u16, String) {
 async fn a_client_gets_everybody_as_they_come_move_and_go() {
     let room = Room::open("websocket", |_| {}).await;
     let mut client = room.client("/?bodies=1").await;
-    room.play(|second| if second < 2.0 { vec![0] } else { vec![0, 1] }, 0..90);
+    room.play(
+        |second| if second < 2.0 { vec![0] } else { vec![0, 1] },
+        0..90,
+    );
     room.play(|_| vec![1], 90..120);
     let messages = texts(&mut client, |m| m["left"] == json!([1])).await;
     let hello = &messages[0];
@@ -55,7 +58,10 @@ async fn a_client_gets_everybody_as_they_come_move_and_go() {
             for (joint, at) in truth.iter() {
                 for (axis, value) in at.vector().iter().enumerate() {
                     let told = joints[joint.name()][axis].as_f64().unwrap();
-                    assert!((told - value).abs() <= 0.5e-4 + 1e-9, "{joint:?} {told} {value}");
+                    assert!(
+                        (told - value).abs() <= 0.5e-4 + 1e-9,
+                        "{joint:?} {told} {value}"
+                    );
                 }
                 assert_eq!(person["provenance"][joint.name()], "measured");
             }
@@ -132,13 +138,14 @@ async fn a_client_that_takes_nothing_is_cut_and_costs_the_others_nothing() {
     room.wait_for(|status| status.clients == Some(2)).await;
     let began = Instant::now();
     let reader = tokio::spawn(async move {
-        texts(&mut good, |m| m["number"].as_u64() >= Some(209)).await
+        let messages = texts(&mut good, |m| m["number"].as_u64() >= Some(209)).await;
+        (messages, good)
     });
     for frame in 0..210 {
         room.play(|_| vec![0, 1], frame..frame + 1);
         tokio::time::sleep(Duration::from_millis(33)).await;
     }
-    let messages = reader.await.unwrap();
+    let (messages, _stays) = reader.await.unwrap();
     let frames = messages.iter().filter(|m| m["type"] == "frame").count();
     assert!(frames >= 205, "the good client got {frames} of 210");
     room.wait_for(|status| status.clients == Some(1)).await;
@@ -168,7 +175,9 @@ async fn what_is_no_websocket_or_too_long_ends_that_connection_only() {
 async fn a_port_in_use_is_told_and_taken_once_it_is_free() {
     let room = Room::open("websocket", |_| {}).await;
     let second = Room::on("websocket", room.address, |_| {});
-    second.wait_for(|status| status.state == SinkState::Failing).await;
+    second
+        .wait_for(|status| status.state == SinkState::Failing)
+        .await;
     let trouble = second.status().trouble;
     assert!(trouble.contains("another `listen`"), "{trouble}");
     room.sinks.stop().await;
@@ -208,7 +217,10 @@ async fn foxglove_gets_what_it_subscribes_to_and_is_told_who_left() {
     let times: Vec<&Vec<u8>> = messages.iter().filter(|m| m[0] == 2).collect();
     for (number, (data, time)) in data.iter().zip(&times).enumerate() {
         assert_eq!(data[1..5], 7u32.to_le_bytes());
-        assert_eq!(data[5..13], websocket_room::unix_ns(number as u64).to_le_bytes());
+        assert_eq!(
+            data[5..13],
+            websocket_room::unix_ns(number as u64).to_le_bytes()
+        );
         assert_eq!(data[5..13], time[1..9]);
     }
     // A deletion is field 1 of `SceneUpdate`, an entity field 2.

@@ -13,6 +13,7 @@ use super::meters::{Meters, Snapshot};
 use crate::drift::Tap;
 use crate::record::{Preamble, Record, RecorderTap};
 use crate::repair::Requests;
+use crate::room::TimecodeConfig;
 use crate::sinks::{Counters, Subscribers};
 use crate::{Clock, Threads};
 
@@ -31,6 +32,7 @@ pub(super) struct Driver {
     walk: Option<mpsc::Sender<WalkFrame>>,
     tap: Tap,
     repair: Requests,
+    live: posefuse_sinks::Tap,
     meters: Meters,
     publish: watch::Sender<Arc<Snapshot>>,
     /// When the engine wants to be woken.
@@ -47,6 +49,8 @@ impl Driver {
         publish: watch::Sender<Arc<Snapshot>>,
         tap: Tap,
         repair: Requests,
+        live: posefuse_sinks::Tap,
+        timecode: TimecodeConfig,
     ) -> Self {
         engine.compare_sensors(tap.compares());
         Self {
@@ -54,11 +58,12 @@ impl Driver {
             next_publish: clock.now(),
             clock,
             threads,
-            subscribers: Subscribers::new(counters),
+            subscribers: Subscribers::new(counters, timecode),
             recorder: None,
             walk: None,
             tap,
             repair,
+            live,
             meters: Meters::default(),
             publish,
             wake: None,
@@ -201,7 +206,9 @@ impl Driver {
                 Output::Frame(frame) => {
                     frames += 1;
                     let now = self.clock.now();
-                    self.subscribers.frame(&frame, now);
+                    let unix_offset_ns = || self.clock.unix_offset_ns();
+                    self.subscribers.frame(&frame, now, unix_offset_ns);
+                    self.live.offer(&frame, unix_offset_ns);
                     self.meters.frame(&frame, now);
                     self.record(|| Record::Frame(frame));
                 }

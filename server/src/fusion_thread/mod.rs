@@ -42,11 +42,13 @@ pub(crate) struct Fusion {
     pub(crate) ended: oneshot::Receiver<()>,
 }
 
-/// Starts the thread; `first` is what the engine is to know before anything else, `repair` the model beside it.
+/// Starts the thread; `first` is what the engine is to know before anything else, `repair` the model beside it, `live` what
+/// leads to the live streams.
 pub(crate) fn start(
     config: &crate::Config,
     mut first: Vec<Input>,
     repair: Repair,
+    live: posefuse_sinks::Tap,
     clock: Arc<dyn Clock>,
     threads: Threads,
 ) -> Result<Fusion, ServerError> {
@@ -70,6 +72,8 @@ pub(crate) fn start(
         publish,
         tap,
         requests,
+        live,
+        config.timecode,
     );
     let ended = threads.spawn("fusion", driver.drive(first, input_queue, command_queue))?;
     Ok(Fusion {

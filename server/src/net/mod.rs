@@ -1,6 +1,7 @@
-//! The one port: gRPC, gRPC-Web, the dashboard's files and `/metrics`, over HTTP/1.1 and HTTP/2.
+//! The one port: gRPC, gRPC-Web, the dashboard's files, `/api` and `/metrics`, over HTTP/1.1 and HTTP/2.
 
 mod accept;
+mod api;
 mod first_bytes;
 mod guard;
 mod metrics;
@@ -126,6 +127,7 @@ pub(crate) fn router(
         .route_service("/posefuse.v1.Room/{*method}", web.layer(room_server))
         .route_service("/posefuse.v1.Ingest/{*method}", ingest_server)
         .route("/metrics", get(metrics_page))
+        .merge(api::routes())
         .fallback(pages::page)
         .layer(axum::middleware::from_fn_with_state(
             Arc::new(hosts),

@@ -12,8 +12,11 @@ mod recording;
 mod replay;
 mod sensors;
 mod service;
+mod sinks;
 mod status;
 mod takes;
+mod timecode;
+mod trigger;
 mod watchman;
 
 use std::collections::BTreeSet;
@@ -34,6 +37,10 @@ pub(crate) use calibration::{CalibrationStore, REMEDY};
 pub(crate) use calibration_result::{failed as calibration_failed, result as calibration_result};
 pub use recording::BUILD;
 pub(crate) use takes::Takes;
+pub(crate) use timecode::stamp;
+pub use timecode::{Config as TimecodeConfig, Zone as TimecodeZoneName};
+pub use trigger::Config as TriggerConfig;
+pub(crate) use trigger::{Order, Triggers, Way};
 pub(crate) use watchman::{Noted, watch_over};
 
 use crate::drift::Drift;
@@ -57,11 +64,15 @@ pub(crate) struct Room {
     pub(crate) counters: Arc<Counters>,
     /// What came of the windows that the model beside the engine was asked to fill.
     pub(crate) repair: Arc<Meter>,
+    /// Live streams to other programs.
+    pub(crate) sinks: posefuse_sinks::Sinks,
     /// One for each subscriber there may be.
     pub(crate) places: Arc<Semaphore>,
     pub(crate) connections: Arc<Connections>,
     pub(crate) calibration: CalibrationStore,
     pub(crate) takes: Takes,
+    /// What came of other programs' orders to start and stop takes.
+    pub(crate) triggers: Triggers,
     /// Whether the sensors still stand where they should.
     pub(crate) drift: Drift,
     /// What the watchman last saw the sensors do.

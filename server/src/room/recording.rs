@@ -92,17 +92,21 @@ impl Room {
             .await
             .map_err(|_| Status::unavailable("the server is stopping"))?;
         let start = preamble.start;
+        let unix_offset_ns = self.clock.unix_offset_ns();
+        let start_unix_ns = start.ns().saturating_add(unix_offset_ns);
         let header = TakeHeader {
             name: name.to_owned(),
             slate: request.slate.clone(),
             notes: request.notes.clone(),
             started: started.clone(),
             start: Some(start),
-            unix_offset_ns: self.clock.unix_offset_ns(),
+            unix_offset_ns,
+            timecode: Some(self.config.timecode.at(start_unix_ns)),
             config_toml: toml::to_string(&self.config.fusion).unwrap_or_default(),
             calibration: calibration_of(&preamble),
             build: BUILD.to_owned(),
         };
+        let timecode = header.timecode(start);
         let recorder = record::start(
             self.threads,
             self.clock.clone(),
@@ -129,6 +133,8 @@ impl Room {
             notes: request.notes.clone(),
             started,
             start,
+            start_unix_ns,
+            timecode,
             sensors: sensors
                 .iter()
                 .map(|sensor| sensor.name().to_owned())

@@ -7,13 +7,14 @@ use posefuse_proto::{
     calibration_to_wire, observation_to_wire, room_frame_to_wire, sensor_info_to_wire, v1,
 };
 use posefuse_session::{Recorded, TakeError, TakeReader, Topic};
-use posefuse_skeleton::Timestamp;
+use posefuse_skeleton::{TimecodeZone, Timestamp};
 use tokio::sync::mpsc;
 use tonic::Status;
 
 use super::Room;
 use super::catalogue::{refused, take_to_wire};
 use super::service::{Answers, answers};
+use super::timecode::stamp;
 use v1::replay_event::Event;
 
 /// Messages read ahead of the client.
@@ -21,6 +22,13 @@ const AHEAD: usize = 64;
 
 /// What one message of a take becomes.
 type Step = Result<(Timestamp, Event), TakeError>;
+
+/// What civil time and timecode a take's frames have.
+#[derive(Clone, Copy)]
+struct Civil {
+    unix_offset_ns: i64,
+    timecode: Option<TimecodeZone>,
+}
 
 /// Opens a take and streams it.
 pub(super) async fn replay(
@@ -42,12 +50,16 @@ pub(super) async fn replay(
         })
         .await?;
     let zero = take.header().start.unwrap_or(Timestamp::ZERO);
+    let civil = Civil {
+        unix_offset_ns: take.header().unix_offset_ns,
+        timecode: take.header().timecode,
+    };
     let from = zero.plus_ns(request.start_ns.max(0));
     let (steps, read) = mpsc::channel(AHEAD);
     let (answer, queue) = mpsc::channel(1);
     let reader = room.clone();
     room.tasks
-        .spawn(async move { read_ahead(&reader, take, from, steps).await });
+        .spawn(async move { read_ahead(&reader, take, civil, from, steps).await });
     let pacer = room.clone();
     room.tasks.spawn(async move {
         let first = v1::ReplayEvent {
@@ -76,7 +88,13 @@ fn start(take: &TakeReader) -> Result<v1::ReplayStart, TakeError> {
 }
 
 /// Reads chunk by chunk, away from the connections, as far ahead as the queue allows.
-async fn read_ahead(room: &Room, take: TakeReader, from: Timestamp, steps: mpsc::Sender<Step>) {
+async fn read_ahead(
+    room: &Room,
+    take: TakeReader,
+    civil: Civil,
+    from: Timestamp,
+    steps: mpsc::Sender<Step>,
+) {
     let mut entries = take.entries(&[Topic::Frames, Topic::Inputs], Some(from));
     loop {
         let read = room.threads.blocking(move || {
@@ -96,7 +114,7 @@ async fn read_ahead(room: &Room, take: TakeReader, from: Timestamp, steps: mpsc:
         }
         for message in batch {
             let step = match message {
-                Ok(message) => match step(message) {
+                Ok(message) => match step(message, civil) {
                     Some(step) => Ok(step),
                     None => continue,
                 },
@@ -110,9 +128,14 @@ async fn read_ahead(room: &Room, take: TakeReader, from: Timestamp, steps: mpsc:
     }
 }
 
-fn step(message: Recorded) -> Option<(Timestamp, Event)> {
+fn step(message: Recorded, civil: Civil) -> Option<(Timestamp, Event)> {
     match message {
-        Recorded::Frame(frame) => Some((frame.time, Event::Frame(room_frame_to_wire(&frame)))),
+        Recorded::Frame(frame) => {
+            let mut wire = room_frame_to_wire(&frame);
+            let unix_ns = frame.time.ns().saturating_add(civil.unix_offset_ns);
+            stamp(&mut wire, unix_ns, civil.timecode);
+            Some((frame.time, Event::Frame(wire)))
+        }
         Recorded::Input(Input::Observation(seen)) => Some((
             seen.received,
             Event::Observation(observation_to_wire(&seen)),

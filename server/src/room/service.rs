@@ -196,6 +196,11 @@ impl v1::room_server::Room for RoomService {
             .map(Response::new)
     }
 
+    async fn switch_sink(&self, request: Request<v1::SwitchSinkRequest>) -> Answer<v1::SinkStatus> {
+        let v1::SwitchSinkRequest { name, on } = request.into_inner();
+        self.0.switch_sink(&name, on).map(Response::new)
+    }
+
     async fn get_config(&self, _: Request<v1::GetConfigRequest>) -> Answer<v1::GetConfigResponse> {
         let toml = self.0.config.to_toml();
         Ok(Response::new(v1::GetConfigResponse { toml }))

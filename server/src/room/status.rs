@@ -23,11 +23,9 @@ pub(super) fn status(room: &Room) -> v1::RoomStatus {
     let snapshot = room.snapshot.borrow().clone();
     let calibration = room.calibration.current();
     let now = room.clock.now();
-    let sinks = room.counters.all().map(|(name, meter)| v1::SinkStatus {
-        name: name.to_owned(),
-        delivered: meter.delivered(),
-        dropped: meter.dropped(),
-    });
+    let unix_offset_ns = room.clock.unix_offset_ns();
+    let unix_ns = now.ns().saturating_add(unix_offset_ns);
+    let timecode = room.config.timecode.at(unix_ns);
     let sensors: Vec<_> = room
         .registry
         .sensors()
@@ -45,7 +43,7 @@ pub(super) fn status(room: &Room) -> v1::RoomStatus {
         .collect();
     v1::RoomStatus {
         time_ns: now.ns(),
-        unix_offset_ns: room.clock.unix_offset_ns(),
+        unix_offset_ns,
         server_version: env!("CARGO_PKG_VERSION").to_owned(),
         people: snapshot.people,
         frames_per_second: snapshot.frames_per_second,
@@ -58,9 +56,13 @@ pub(super) fn status(room: &Room) -> v1::RoomStatus {
         calibration: calibration.as_deref().map(calibration_to_wire),
         calibrating: room.calibration.is_calibrating(),
         disk_free_bytes: room.disk_free().unwrap_or(0),
-        sinks: sinks.into(),
+        sinks: room.sink_statuses(),
         take_folder: room.storage.place(),
         repair: Some(room.repair.to_wire()),
+        timecode: timecode.at(unix_ns).to_string(),
+        timecode_rate: timecode.rate.to_string(),
+        timecode_utc_offset_s: timecode.utc_offset_s,
+        triggers: room.triggers.statuses(),
     }
 }
 
@@ -163,6 +165,7 @@ pub(super) fn changes(
             let same_but_for_time = v1::RoomStatus {
                 time_ns: last.time_ns,
                 unix_offset_ns: last.unix_offset_ns,
+                timecode: last.timecode.clone(),
                 ..next.clone()
             } == last;
             if !same_but_for_time || next.time_ns >= due {

@@ -28,6 +28,10 @@ pub(super) struct Recording {
     pub(super) notes: String,
     pub(super) started: String,
     pub(super) start: Timestamp,
+    /// Civil time of the start, nanoseconds since 1970.
+    pub(super) start_unix_ns: i64,
+    /// Its timecode, and the timecode's rate.
+    pub(super) timecode: [String; 2],
     pub(super) sensors: Vec<String>,
     pub(super) progress: Arc<Progress>,
     pub(super) tap: RecorderTap,
@@ -119,6 +123,9 @@ impl Takes {
             sensors: recording.sensors.clone(),
             dropped: progress.dropped.load(Ordering::Relaxed),
             trouble: String::new(),
+            start_unix_ns: recording.start_unix_ns,
+            timecode: recording.timecode[0].clone(),
+            timecode_rate: recording.timecode[1].clone(),
         })
     }
 }

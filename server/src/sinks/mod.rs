@@ -14,7 +14,10 @@ use prost::Message;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use meter::{Counters, Meter};
-pub(crate) use subscriber::{Pace, Subscriber, place, subscribe};
+pub(crate) use posefuse_sinks::Pace;
+pub(crate) use subscriber::{Subscriber, place, subscribe};
+
+use crate::room::{TimecodeConfig, stamp};
 
 /// What subscribers get. Section `[watch]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,15 +58,17 @@ pub(crate) struct Subscribers {
     sensors: Vec<SensorSubscriber>,
     names: Vec<String>,
     counters: Arc<Counters>,
+    timecode: TimecodeConfig,
 }
 
 impl Subscribers {
-    pub(crate) fn new(counters: Arc<Counters>) -> Self {
+    pub(crate) fn new(counters: Arc<Counters>, timecode: TimecodeConfig) -> Self {
         Self {
             frames: Vec::new(),
             sensors: Vec::new(),
             names: vec![String::new(); SensorId::MAX_SENSORS],
             counters,
+            timecode,
         }
     }
 
@@ -108,12 +113,21 @@ impl Subscribers {
         });
     }
 
-    /// Hands a fused frame to every subscriber; encodes it at most once.
-    pub(crate) fn frame(&mut self, frame: &RoomFrame, now: Timestamp) {
+    /// Hands a fused frame to every subscriber; encodes it at most once. `unix_offset_ns` is civil time minus the frame's
+    /// clock.
+    pub(crate) fn frame(
+        &mut self,
+        frame: &RoomFrame,
+        now: Timestamp,
+        unix_offset_ns: impl FnOnce() -> i64,
+    ) {
         if self.frames.is_empty() {
             return;
         }
-        let bytes: Bytes = room_frame_to_wire(frame).encode_to_vec().into();
+        let unix_ns = frame.time.ns().saturating_add(unix_offset_ns());
+        let mut wire = room_frame_to_wire(frame);
+        stamp(&mut wire, unix_ns, Some(self.timecode.at(unix_ns)));
+        let bytes: Bytes = wire.encode_to_vec().into();
         let meter = &self.counters.watch;
         self.frames.retain_mut(|(subscriber, pace)| {
             !pace.is_due(frame.time) || subscriber.offer(&bytes, now, meter)

@@ -151,7 +151,7 @@ impl Room {
             since: Timestamp::ZERO,
             sensors,
             skeleton: self.truth(person, number).map(|_, position| JointState {
-                position,
+                position: *position,
                 covariance: Matrix3::from_diagonal_element(1e-4),
                 confidence: Confidence::FULL,
                 provenance: Provenance::Measured(sensors),

@@ -1,0 +1,19 @@
+//! What sinks get.
+
+use std::time::Instant;
+
+use posefuse_kinematics::Figure;
+use posefuse_skeleton::RoomFrame;
+
+/// Everybody at one instant: joints as fused, and bodies as tools use them.
+#[derive(Clone, Debug)]
+pub struct LiveFrame {
+    /// The fused frame.
+    pub frame: RoomFrame,
+    /// Those people whose trunk is known, as poses of their rigs, in the order of their ids.
+    pub figures: Vec<Figure>,
+    /// When the poses were captured: civil time, nanoseconds since 1970, UTC.
+    pub unix_ns: i64,
+    /// When the fusion thread offered it: what a sink adds counts from here.
+    pub(crate) offered: Instant,
+}

@@ -1,0 +1,135 @@
+//! Between the fusion thread and the sinks: bodies are solved here, once for all, and frames handed out.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use posefuse_kinematics::Crowd;
+use posefuse_skeleton::RoomFrame;
+use tokio::sync::mpsc;
+
+use crate::queue::FramesIn;
+use crate::{Config, Kind, LiveFrame, Pace};
+
+/// Frames that may wait for their bodies; beyond, the newest are lost.
+const WAITING: usize = 8;
+
+/// The queues of the sinks that are on. Changed by the switchboard, used by the hub.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outlets(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    open: Mutex<Vec<Outlet>>,
+    any: AtomicBool,
+    missed: AtomicU64,
+}
+
+#[derive(Debug)]
+struct Outlet {
+    kind: Kind,
+    frames: FramesIn,
+    pace: Pace,
+}
+
+impl Outlets {
+    /// Frames go to this kind from now on.
+    pub(crate) fn open(&self, kind: Kind, frames: FramesIn, rate_hz: f64) {
+        let pace = Pace::new(rate_hz);
+        self.change(|open| open.push(Outlet { kind, frames, pace }));
+    }
+
+    /// No more frames go to this kind.
+    pub(crate) fn close(&self, kind: Kind) {
+        self.change(|open| open.retain(|outlet| outlet.kind != kind));
+    }
+
+    /// Frames that found no place in the hub's own queue.
+    pub(crate) fn missed(&self) -> u64 {
+        self.0.missed.load(Ordering::Relaxed)
+    }
+
+    fn change(&self, change: impl FnOnce(&mut Vec<Outlet>)) {
+        let mut open = self.0.open.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut open);
+        self.0.any.store(!open.is_empty(), Ordering::Release);
+    }
+
+    fn hand_out(&self, frame: &Arc<LiveFrame>) {
+        let mut open = self.0.open.lock().unwrap_or_else(PoisonError::into_inner);
+        for outlet in open.iter_mut() {
+            if outlet.pace.is_due(frame.frame.time) {
+                outlet.frames.push(frame.clone());
+            }
+        }
+    }
+}
+
+struct Offered {
+    frame: RoomFrame,
+    unix_ns: i64,
+    at: Instant,
+}
+
+/// The fusion thread's end: costs it nothing while no sink is on, and a copy of the frame otherwise.
+#[derive(Debug)]
+pub struct Tap {
+    queue: mpsc::Sender<Offered>,
+    outlets: Outlets,
+}
+
+impl Tap {
+    /// Hands a frame on if anybody wants it. `unix_offset_ns` is civil time minus the frame's clock.
+    pub fn offer(&self, frame: &RoomFrame, unix_offset_ns: impl FnOnce() -> i64) {
+        if !self.outlets.0.any.load(Ordering::Acquire) {
+            return;
+        }
+        let Ok(place) = self.queue.try_reserve() else {
+            self.outlets.0.missed.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        place.send(Offered {
+            frame: frame.clone(),
+            unix_ns: frame.time.ns().saturating_add(unix_offset_ns()),
+            at: Instant::now(),
+        });
+    }
+}
+
+/// The loop between the fusion thread and the sinks.
+#[derive(Debug)]
+pub struct Hub {
+    queue: mpsc::Receiver<Offered>,
+    outlets: Outlets,
+    crowd: Crowd,
+}
+
+pub(crate) fn hub(config: &Config, outlets: Outlets) -> (Tap, Hub) {
+    let (sender, queue) = mpsc::channel(WAITING);
+    let tap = Tap {
+        queue: sender,
+        outlets: outlets.clone(),
+    };
+    let crowd = Crowd::new(config.bodies.clone());
+    let hub = Hub {
+        queue,
+        outlets,
+        crowd,
+    };
+    (tap, hub)
+}
+
+impl Hub {
+    /// Runs until the [`Tap`] is gone.
+    pub async fn run(mut self) {
+        while let Some(Offered { frame, unix_ns, at }) = self.queue.recv().await {
+            let figures = self.crowd.step(&frame);
+            self.outlets.hand_out(&Arc::new(LiveFrame {
+                frame,
+                figures,
+                unix_ns,
+                offered: at,
+            }));
+        }
+    }
+}
