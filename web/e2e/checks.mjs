@@ -2,6 +2,7 @@
 
 import { calibration } from "./calibration.mjs";
 import { depth, noDepth } from "./depth.mjs";
+import { outputs } from "./outputs.mjs";
 import { fromNothing, plan } from "./plan.mjs";
 
 const attribute = (page, testid, name) => page.getByTestId(testid).getAttribute(name);
@@ -36,6 +37,7 @@ export async function fullRoom(page, report, opts) {
   await room(page, report, opts);
   await view(page, report);
   await noDepth(page, report);
+  await outputs(page, report);
   await plan(page, report);
   const take = `e2e_${Date.now() % 1_000_000}`;
   await record(page, report, take);

@@ -51,22 +51,24 @@ function request() {
   };
 }
 
-let asked = 0;
+let asking: AbortController | null = null;
 
+/** Asks anew; an earlier question that is not answered yet is called off, so that the server need not answer it. */
 async function ask(place = 0): Promise<RoomPlan | null> {
-  const number = ++asked;
+  asking?.abort();
+  const mine = (asking = new AbortController());
   planBusy.value = true;
   try {
-    const found = await room.planRoom({ ...request(), place }, { timeoutMs: 30_000 });
-    if (number !== asked) return null;
+    const found = await room.planRoom({ ...request(), place }, { timeoutMs: 30_000, signal: mine.signal });
+    if (mine !== asking) return null;
     plan.value = found;
     planTrouble.value = "";
     return found;
   } catch (error) {
-    if (number === asked) planTrouble.value = explain(error);
+    if (mine === asking) planTrouble.value = explain(error);
     return null;
   } finally {
-    if (number === asked) planBusy.value = false;
+    if (mine === asking) planBusy.value = false;
   }
 }
 

@@ -57,6 +57,7 @@ function TakeRow({ take }: { take: Take }) {
         {readable && <span>{plural(take.people, "person", "people")}</span>}
         {take.sensors.length > 0 && <span title={sensorList}>{plural(take.sensors.length, "sensor")}</span>}
         {!recording && <span>{bytes(take.sizeBytes)}</span>}
+        {take.timecode && <span title={`Timecode of its start, ${take.timecodeRate} frames a second`}>TC {take.timecode}</span>}
         {take.slate && <span>slate {take.slate}</span>}
       </p>
       {take.dropped > 0n && <p class="warn-text">▲ {count(take.dropped)} inputs did not reach the file</p>}

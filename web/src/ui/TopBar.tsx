@@ -2,6 +2,7 @@
 
 import { bytes, fixed } from "../model/format";
 import { resolvedTheme, toggleTheme } from "../state/prefs";
+import { Timecode } from "./Timecode";
 import { connection, dialog, liveSensors, replay, sensors, status } from "../state/store";
 
 function Figure(props: { name: string; value: string; title: string; testid?: string }) {
@@ -31,6 +32,7 @@ export function TopBar() {
         <Figure name="Fused" value={s ? fixed(s.framesPerSecond, 1, "fps") : "–"} title="Fused frames per second" testid="figure-fps" />
         <Figure name="Engine" value={s ? fixed(s.engineUs, 0, "µs") : "–"} title="Time the engine spends on one fused frame" />
         <Figure name="Latency p50/p99" value={latency} title="From a frame's arrival at the server to its subscribers" />
+        <Timecode />
         <Figure name="Disk free" value={s ? bytes(s.diskFreeBytes) : "–"} title={s ? `Where takes go: ${s.takeFolder}` : ""} />
       </dl>
       <div class="tools">
