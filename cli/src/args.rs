@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 use crate::commands::{
     agent, calibrate, calibrations, completions, demo, devices, doctor, evaluate, export, record,
-    refuse, server, simulate, takes, watch,
+    refuse, server, simulate, sinks, takes, watch,
 };
 use crate::global::Global;
 
@@ -55,6 +55,8 @@ pub(crate) enum Command {
     Simulate(simulate::SimulateArgs),
     /// Say how good fused people are: methods side by side, on simulated rooms, takes or recordings
     Evaluate(evaluate::EvaluateArgs),
+    /// List a server's live outputs, and switch them on and off
+    Sinks(sinks::SinksArgs),
     /// Print the fused people as they move
     Watch(watch::WatchArgs),
     /// Say what is wrong with this machine or room, and what to do

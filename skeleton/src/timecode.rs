@@ -13,6 +13,9 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 const DAY_NS: i64 = 86_400 * 1_000_000_000;
+/// An instant so little before a frame counts as in it: times of evenly spaced frames are rounded to nanoseconds, and must
+/// have evenly spaced labels.
+const EARLY_NS: i64 = 1000;
 /// Labels that a drop-frame minute skips.
 const SKIPPED: u64 = 2;
 /// Drop-frame labels of one minute that skips some, and of ten minutes.
@@ -153,7 +156,8 @@ impl Timecode {
     pub fn of_day(rate: TimecodeRate, ns: i64) -> Self {
         let ns = ns.clamp(0, DAY_NS - 1);
         let (frames, seconds) = rate.fraction();
-        let number = i128::from(ns) * i128::from(frames) / (i128::from(seconds) * 1_000_000_000);
+        let number =
+            i128::from(ns + EARLY_NS) * i128::from(frames) / (i128::from(seconds) * 1_000_000_000);
         let number = u64::try_from(number).unwrap_or(0);
         Self {
             rate,
@@ -297,6 +301,20 @@ mod tests {
     }
 
     #[test]
+    fn evenly_spaced_times_have_evenly_spaced_labels() {
+        for rate in TimecodeRate::ALL {
+            let (frames, seconds) = rate.fraction();
+            let separator = if rate.is_drop() { ';' } else { ':' };
+            let first = Timecode::parse(rate, &format!("14:15:00{separator}02")).unwrap();
+            for step in 0..2000_i64 {
+                let exact = step as f64 * 1e9 * f64::from(seconds) / f64::from(frames);
+                let at = Timecode::of_day(rate, first.day_ns() + exact.round() as i64);
+                assert_eq!(at.number, first.number + step as u64, "{rate}");
+            }
+        }
+    }
+
+    #[test]
     fn drop_frame_skips_two_labels_a_minute_but_every_tenth() {
         let rate = TimecodeRate::Fps29Drop;
         for (number, label) in [
@@ -385,7 +403,7 @@ mod tests {
             let code = Timecode::of_day(rate, ns);
             prop_assert_eq!(Timecode::parse(rate, &code.to_string()).unwrap(), code);
             prop_assert_eq!(Timecode::of_day(rate, code.day_ns()), code);
-            prop_assert!(code.day_ns() <= ns);
+            prop_assert!(code.day_ns() <= ns + EARLY_NS);
             prop_assert!(Timecode::of_day(rate, ns.saturating_sub(20_000_000)) <= code);
             let (frames, seconds) = rate.fraction();
             let frame_ns = 1e9 * f64::from(seconds) / f64::from(frames);

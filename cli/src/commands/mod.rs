@@ -13,6 +13,7 @@ pub(crate) mod record;
 pub(crate) mod refuse;
 pub(crate) mod server;
 pub(crate) mod simulate;
+pub(crate) mod sinks;
 pub(crate) mod takes;
 pub(crate) mod watch;
 
@@ -39,6 +40,7 @@ pub(crate) fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Export(args) => export::run(&args, global),
         Command::Simulate(args) => simulate::run(&args, global),
         Command::Evaluate(args) => evaluate::run(&args, global),
+        Command::Sinks(args) => block_on(sinks::run(&args, global)),
         Command::Watch(args) => block_on(watch::run(&args, global)),
         Command::Doctor(args) => block_on(doctor::run(&args, global)),
         Command::Completions(args) => completions::run(&args),

@@ -57,6 +57,7 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
         let Some(frame) = next else {
             anyhow::bail!("the server ended the stream; it is stopping");
         };
+        let civil = (frame.unix_ns, frame.timecode.clone());
         let frame = room_frame_from_wire(&frame).context("a frame of the server")?;
         patience = None;
         if sensors(&frame).any(|index| name(&status, index).is_none()) {
@@ -67,7 +68,7 @@ pub(crate) async fn run(args: &WatchArgs, global: &Global) -> anyhow::Result<Out
         }
         let named = |index| name(&status, index).unwrap_or_else(|| format!("#{index}"));
         if global.json {
-            output::json(&FrameView::new(&frame, named))?;
+            output::json(&FrameView::new(&frame, civil, named))?;
         } else {
             output::line(text(&frame, named))?;
         }

@@ -85,6 +85,9 @@ pub(crate) struct FrameView {
     pub(crate) number: u64,
     /// The instant the poses belong to, server clock.
     pub(crate) time_s: f64,
+    /// The same instant in civil time, nanoseconds since 1970, and as the room's timecode.
+    pub(crate) unix_ns: i64,
+    pub(crate) timecode: String,
     pub(crate) people: Vec<PersonView>,
 }
 
@@ -110,8 +113,12 @@ pub(crate) struct JointView {
 }
 
 impl FrameView {
-    /// The frame, with its sensors by name.
-    pub(crate) fn new(frame: &RoomFrame, name: impl Fn(usize) -> String) -> Self {
+    /// The frame, with its civil time and timecode, and its sensors by name.
+    pub(crate) fn new(
+        frame: &RoomFrame,
+        (unix_ns, timecode): (i64, String),
+        name: impl Fn(usize) -> String,
+    ) -> Self {
         let person = |track: &Track| PersonView {
             id: track.id.0,
             since_s: track.since.seconds(),
@@ -134,6 +141,8 @@ impl FrameView {
         Self {
             number: frame.number,
             time_s: frame.time.seconds(),
+            unix_ns,
+            timecode,
             people: frame.tracks.iter().map(person).collect(),
         }
     }
