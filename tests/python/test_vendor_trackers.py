@@ -25,8 +25,8 @@ def first_seen(room, name):
 
 
 def test_a_makers_tracker_is_a_sensor_of_the_room(room, tmp_path):
-    compile_library(tmp_path, "libNiTE2.so", "nite.c", "-DFAKE_MINOR=2")
-    compile_library(tmp_path, "libk4a.so.1.4", "azure.c", "-DSENSOR")
+    compile_library(tmp_path, "libNiTE2.so", "nite.c", "-DFAKE_MINOR=2", "-DFAKE_ITSELF", "-pthread")
+    compile_library(tmp_path, "libk4a.so.1.4", "azure.c", "-DSENSOR", "-DFAKE_ITSELF")
     compile_library(tmp_path, "libk4abt.so.1.1", "azure.c")
     (tmp_path / "NiTE2").mkdir()
     (tmp_path / "NiTE2/s.dat").write_text("x")

@@ -1,5 +1,6 @@
 /* A library with the functions of NiTE 2.2 that this project uses, and nothing behind them: one user who is seen, whose
-   tracking is refused once, then tracked once somebody asks again, and lost at the end. The structures are written here a second time on purpose. */
+   tracking is refused once, then tracked once somebody asks again, and lost at the end. Frames are told of when the test says so,
+   with FAKE_ITSELF by themselves. The structures are written here a second time on purpose. */
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -44,8 +45,20 @@ int niteInitializeUserTracker(void **tracker) {
 int niteInitializeUserTrackerByDevice(void *device, void **tracker) { return ((void **)device)[1] ? niteInitializeUserTracker(tracker) : 1; }
 int niteShutdownUserTracker(void *tracker) { trackers -= tracker == &user; return 0; }
 int niteStartSkeletonTracking(void *tracker, short id) { if (++asked == 1) return 1; started = id; return 0; }
-int niteRegisterUserTrackerCallbacks(void *tracker, Callbacks *given, void *with) { callbacks = given; cookie = with; return 0; }
-void niteUnregisterUserTrackerCallbacks(void *tracker, Callbacks *given) { if (callbacks == given) callbacks = NULL; }
+#ifdef FAKE_ITSELF
+#include <pthread.h>
+#include <unistd.h>
+static pthread_t teller;
+static volatile int telling;
+static void *tell(void *unused) { while (telling) { callbacks->ready(cookie); usleep(33333); } return NULL; }
+static void begin(void) { telling = 1; pthread_create(&teller, NULL, tell, NULL); }
+static void end(void) { telling = 0; pthread_join(teller, NULL); }
+#else
+static void begin(void) {}
+static void end(void) {}
+#endif
+int niteRegisterUserTrackerCallbacks(void *tracker, Callbacks *given, void *with) { callbacks = given; cookie = with; begin(); return 0; }
+void niteUnregisterUserTrackerCallbacks(void *tracker, Callbacks *given) { if (callbacks == given) { end(); callbacks = NULL; } }
 int niteSetSkeletonSmoothing(void *tracker, float factor) { smoothing = factor; return 0; }
 
 int niteReadUserTrackerFrame(void *tracker, Frame **result) {
