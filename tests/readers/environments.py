@@ -5,9 +5,12 @@ An environment is made once, and again when its requirements change.
 import pathlib
 import shutil
 import subprocess
+import threading
 
 #: The Python that wheels of Blender's module are made for.
 PYTHON = (3, 11)
+#: Readers that share an environment wait for whoever installs it. One at a time, for all use the same network.
+INSTALLING = threading.Lock()
 
 
 class Unavailable(Exception):
@@ -18,12 +21,12 @@ def python(tools: pathlib.Path, requirements: pathlib.Path) -> pathlib.Path:
     """The Python of the environment that these requirements ask for."""
     folder = tools / "readers" / requirements.stem
     interpreter, done = folder / "bin/python", folder / "requirements.done"
-    if done.exists() and done.read_bytes() == requirements.read_bytes():
-        return interpreter
-    shutil.rmtree(folder, ignore_errors=True)
-    run([base(), "-m", "venv", folder])
-    run([interpreter, "-m", "pip", "install", "-q", "--disable-pip-version-check", "-r", requirements])
-    shutil.copy(requirements, done)
+    with INSTALLING:
+        if not (done.exists() and done.read_bytes() == requirements.read_bytes()):
+            shutil.rmtree(folder, ignore_errors=True)
+            run([base(), "-m", "venv", folder])
+            run([interpreter, "-m", "pip", "install", "-q", "--disable-pip-version-check", "-r", requirements])
+            shutil.copy(requirements, done)
     return interpreter
 
 
@@ -49,9 +52,10 @@ def node_modules(tools: pathlib.Path, package: pathlib.Path) -> pathlib.Path:
     """The modules that this folder's `package-lock.json` asks for."""
     folder, lock = tools / "readers" / package.name, package / "package-lock.json"
     done = folder / "lock.done"
-    if not (done.exists() and done.read_bytes() == lock.read_bytes()):
-        shutil.rmtree(folder, ignore_errors=True)
-        shutil.copytree(package, folder, ignore=shutil.ignore_patterns("node_modules"))
-        run(["npm", "ci", "--no-audit", "--no-fund", "--silent", "--prefix", folder])
-        shutil.copy(lock, done)
+    with INSTALLING:
+        if not (done.exists() and done.read_bytes() == lock.read_bytes()):
+            shutil.rmtree(folder, ignore_errors=True)
+            shutil.copytree(package, folder, ignore=shutil.ignore_patterns("node_modules"))
+            run(["npm", "ci", "--no-audit", "--no-fund", "--silent", "--prefix", folder])
+            shutil.copy(lock, done)
     return folder / "node_modules"

@@ -8,6 +8,8 @@ import json
 import pathlib
 import subprocess
 
+from mcap.reader import make_reader
+
 SECONDS, PEOPLE, SENSORS = 10, 2, 4
 #: Every so many frames one is looked at.
 STRIDE = 10
@@ -51,7 +53,8 @@ def make(posefuse: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
             names[export] = bone_names(run, common, options, folder / "names" / export)
     expected = {
         "take": str(takes / f"{TAKE}.mcap"), "rate_hz": 30, "stride": STRIDE, "files": files,
-        **people(folder / "plain"), "bone_names": names,
+        **people(folder / "plain"), "bone_names": names, "calibration": calibration(takes / f"{TAKE}.mcap"),
+        "sensors": SENSORS,
     }
     for called in names.values():
         if len(called) != len(expected["names"]["bones"]):
@@ -59,6 +62,13 @@ def make(posefuse: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
     path = folder / "expected.json"
     path.write_text(json.dumps(expected))
     return path
+
+
+def calibration(take: pathlib.Path) -> str:
+    """Where the simulated sensors truly stand, as the take keeps that: a live room of as many has them there, too."""
+    with take.open("rb") as stream:
+        attachments = make_reader(stream).iter_attachments()
+        return next(each.data.decode() for each in attachments if each.name.endswith("calibration.toml"))
 
 
 def bone_names(run, common: list, options: list, out: pathlib.Path) -> list[str]:

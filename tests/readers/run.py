@@ -45,10 +45,13 @@ class Reader:
         return [interpreter, HERE / self.script, *arguments]
 
 
+#: A reader that takes longer hangs (ufbx may have to be compiled), seconds.
+LONGEST_S = 420
 #: The slow ones first, because two run at a time.
 READERS = [
     Reader("blender", "read_blender.py", "blender.txt"),
     Reader("addon", "read_addon.py", "blender.txt"),
+    Reader("live", "read_live.py", "blender.txt"),
     Reader("opensim", "read_opensim.py", "opensim.txt"),
     Reader("light", "read_light.py"),
     Reader("grpc", "read_grpc.py"),
@@ -66,7 +69,7 @@ def read(reader: Reader, described: pathlib.Path, posefuse: str, tools: pathlib.
     command = reader.command(tools, described, out, posefuse)
     environment = os.environ | {"PYTHONPATH": str(HERE), "PYTHONDONTWRITEBYTECODE": "1"}
     with described.with_name(f"{reader.name}.log").open("w+") as log:
-        done = subprocess.run(list(map(str, command)), cwd=ROOT, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment, timeout=300)
+        done = subprocess.run(list(map(str, command)), cwd=ROOT, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment, timeout=LONGEST_S)
         log.seek(0)
         if done.returncode != 0 or not out.exists():
             raise RuntimeError(f"{reader.name} gave {done.returncode}:\n{log.read()[-4000:]}")
