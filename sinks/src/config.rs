@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Kind, foxglove, lsl, osc, vmc, websocket};
+use crate::{Kind, foxglove, lsl, osc, vmc, websocket, zenoh};
 
 /// Every sink, on or off. Section `[sinks]`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -20,6 +20,8 @@ pub struct Config {
     pub websocket: websocket::Settings,
     /// Scenes for Foxglove.
     pub foxglove: foxglove::Settings,
+    /// Frames for Zenoh, and transforms for ROS 2.
+    pub zenoh: zenoh::Settings,
     /// The bodies that tools with rigs get.
     pub bodies: posefuse_kinematics::Config,
 }
@@ -67,6 +69,7 @@ impl Config {
             (self.lsl.enabled, Box::new(self.lsl.sink(self.allow_remote))),
             (self.websocket.enabled, Box::new(self.websocket.clone())),
             (self.foxglove.enabled, Box::new(self.foxglove.clone())),
+            (self.zenoh.enabled, Box::new(self.zenoh.clone())),
         ]
     }
 }

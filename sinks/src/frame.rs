@@ -3,7 +3,9 @@
 use std::time::Instant;
 
 use posefuse_kinematics::Figure;
+use posefuse_proto::room_frame_to_wire;
 use posefuse_skeleton::RoomFrame;
+use prost::Message;
 
 /// Everybody at one instant: joints as fused, and bodies as tools use them.
 #[derive(Clone, Debug)]
@@ -16,4 +18,13 @@ pub struct LiveFrame {
     pub unix_ns: i64,
     /// When the fusion thread offered it: what a sink adds counts from here.
     pub(crate) offered: Instant,
+}
+
+impl LiveFrame {
+    /// As `posefuse.v1.RoomFrame`, without a timecode.
+    pub(crate) fn to_wire(&self) -> Vec<u8> {
+        let mut wire = room_frame_to_wire(&self.frame);
+        wire.unix_ns = self.unix_ns;
+        wire.encode_to_vec()
+    }
 }

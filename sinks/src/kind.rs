@@ -19,16 +19,19 @@ pub enum Kind {
     Websocket,
     /// Scenes, transforms and frames over Foxglove's WebSocket protocol.
     Foxglove,
+    /// Frames over Zenoh, and through it transforms for ROS 2.
+    Zenoh,
 }
 
 impl Kind {
     /// Every kind, in the order they are shown.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Osc,
         Self::Vmc,
         Self::Lsl,
         Self::Websocket,
         Self::Foxglove,
+        Self::Zenoh,
     ];
 
     /// Its word.
@@ -39,6 +42,7 @@ impl Kind {
             Self::Lsl => "lsl",
             Self::Websocket => "websocket",
             Self::Foxglove => "foxglove",
+            Self::Zenoh => "zenoh",
         }
     }
 }

@@ -7,6 +7,7 @@
 //! Each kind has a file or folder with its settings, its wire format and its task; [`sink`] is what it must do.
 
 mod axes;
+mod bone_frames;
 mod config;
 mod foxglove;
 mod frame;
@@ -27,7 +28,9 @@ mod switch;
 mod udp;
 mod vmc;
 mod websocket;
+mod zenoh;
 
+pub use crate::zenoh::{Mode as ZenohMode, Settings as ZenohSettings};
 pub use axes::Axes;
 pub use config::{Config, SettingsError};
 pub use foxglove::Settings as FoxgloveSettings;

@@ -4,13 +4,12 @@ use std::sync::{Arc, OnceLock};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use posefuse_kinematics::Figure;
-use posefuse_proto::foxglove::{Child, ROOM, entity_id, scene_of, transforms_of};
-use posefuse_proto::{room_frame_to_wire, schema_of};
-use prost::Message as _;
+use posefuse_proto::foxglove::{scene_of, transforms_of};
+use posefuse_proto::schema_of;
 
 use super::protocol::Advertised;
 use crate::LiveFrame;
+use crate::bone_frames::bones_of;
 
 /// What a client can subscribe to. The names are those of the topics in takes, so that one layout shows both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,27 +71,8 @@ impl Prepared {
                     let figures = self.live.figures.iter();
                     transforms_of(figures.flat_map(bones_of), self.unix_ns())
                 }
-                Channel::Frames => room_frame_to_wire(frame).encode_to_vec(),
+                Channel::Frames => self.live.to_wire(),
             }
         })
     }
-}
-
-/// A person's bones as frames, e.g. `person-1/Hips` in the room and `person-1/Spine` in that.
-fn bones_of(figure: &Figure) -> impl Iterator<Item = Child> {
-    let person = entity_id(figure.id);
-    let bones = figure.rig.bones.iter().zip(&figure.pose.rotations);
-    bones.map(move |(bone, rotation)| {
-        let of = |name: &str| format!("{person}/{name}");
-        let (parent, origin) = match bone.parent {
-            None => (ROOM.to_owned(), figure.pose.root.vector()),
-            Some(parent) => (of(&figure.rig.bones[parent].name), bone.offset),
-        };
-        Child {
-            name: of(&bone.name),
-            parent,
-            origin,
-            rotation: *rotation,
-        }
-    })
 }

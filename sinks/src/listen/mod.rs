@@ -135,6 +135,8 @@ pub(crate) async fn serve<T: Talk>(
     frames: Frames,
     meter: Arc<Meter>,
 ) {
+    // It may have failed before.
+    meter.set_trouble(String::new());
     let most = door.max_clients.saturating_add(HANDSHAKES);
     let house = Arc::new(House::new(door, talk, meter));
     let mut tasks = JoinSet::new();
