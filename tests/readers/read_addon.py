@@ -111,9 +111,41 @@ def begin(port: int):
     return panel.stream
 
 
+class Layout:
+    """Stands in for the window that Blender has not here: takes what the panel draws, and looks whether Blender knows it."""
+
+    ICONS = bpy.types.UILayout.bl_rna.functions["operator"].parameters["icon"].enum_items.keys()
+
+    def __init__(self, words: list):
+        self.words = words
+
+    def column(self, **_):
+        return Layout(self.words)
+
+    row = column
+
+    def prop(self, settings, name):
+        assert name in settings.bl_rna.properties, name
+
+    def operator(self, name, text="", icon="NONE", depress=False):
+        group, operator = name.split(".")
+        assert getattr(getattr(bpy.ops, group), operator).get_rna_type().name and icon in self.ICONS, (name, icon)
+        self.words.append(text)
+
+    def label(self, text):
+        self.words.append(text)
+
+
+def drawn() -> str:
+    """What the panel says now."""
+    layout = Layout([])
+    panel.POSEFUSE_PT_panel.draw(type("Panel", (), {"layout": layout})(), bpy.context)
+    return " | ".join(layout.words)
+
+
 def joins_leaves_and_recovers(port: int, poses: list[dict]):
     stream, now = begin(port), time.monotonic()
-    assert any("Nothing comes" in words for words in panel.status())
+    assert "Nothing comes" in drawn() and str(port) in drawn()
     for number in range(3):
         send_body(port, poses[0][10 * number], number)
         stream.step(now + number / 30)
@@ -133,6 +165,15 @@ def joins_leaves_and_recovers(port: int, poses: list[dict]):
         send_body(port + 1, poses[1][0], number)
         stream.step(now + 2.5)
     assert not figure(2).hide_viewport
+    # Somebody new waits until their user is done with what they edit.
+    bpy.data.objects.remove(figure(2))
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.ops.object.mode_set(mode="EDIT")
+    stream.step(now + 2.5)
+    assert stream.waiting and bpy.context.mode == "EDIT_MESH" and "Posefuse person 2" not in bpy.data.objects and "Object Mode" in drawn()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    stream.step(now + 2.5)
+    assert not figure(2).hide_viewport and bpy.context.object.name == "Cube"
     # Who is said to be gone has left at once.
     send(port + 1, [message("/VMC/Ext/OK", 0)])
     stream.step(now + 2.51)
@@ -183,9 +224,10 @@ def live_and_recorded(readings: Readings, port: int, names: list[str], poses: li
         if frame in readings.expected["sampled"]:
             for index, found in enumerate(live):
                 add_places(found, figure(index + 1))
-    assert stream.packet_rate() > 50
+    assert stream.packet_rate() > 50 and "Stop recording" in drawn() and "2 people" in panel.status(now + seconds)[0]
     bpy.ops.posefuse.record()
     bpy.ops.posefuse.stop()
+    assert "Stopped" in drawn()
     bpy.context.scene.render.fps = readings.expected["rate_hz"]
     for frame in readings.expected["sampled"]:
         bpy.context.scene.frame_set(1 + frame)

@@ -31,7 +31,7 @@ def turn(unity: tuple) -> Quaternion:
 
 
 class Figure:
-    """The armature of one person, from the first whole body on."""
+    """The armature of one person, from the first whole body on. It can be made in Object Mode only."""
 
     def __init__(self, name: str, body: Body, collection):
         self.bones = self._in_order(body)
@@ -47,8 +47,8 @@ class Figure:
         self.armature.rotation_mode = "QUATERNION"
 
     def fits(self, body: Body) -> bool:
-        """Whether the armature has just the bones that have come."""
-        return set(self.bones) == body.bones.keys()
+        """Whether the armature has all bones that have come. Those that have not stay as they are: packets get lost."""
+        return body.bones.keys() <= set(self.bones)
 
     def pose(self, body: Body):
         """Moves the armature as the body stands now."""
@@ -57,8 +57,7 @@ class Figure:
         self.news = body.news
         position, rotation = body.root
         self.armature.location, self.armature.rotation_quaternion = place(position), turn(rotation)
-        for name in self.bones:
-            position, rotation = body.bones[name]
+        for name, (position, rotation) in body.bones.items():
             rest, bone = self.rest[name], self.armature.pose.bones[name]
             bone.rotation_quaternion = rest.inverted() @ turn(rotation) @ rest
             off = place(position) - self.offsets[name]
@@ -97,9 +96,7 @@ class Figure:
         armature.show_in_front = True
         collection.objects.link(armature)
         layer = bpy.context.view_layer
-        before, mode = layer.objects.active, bpy.context.mode
-        if mode != "OBJECT":
-            bpy.ops.object.mode_set(mode="OBJECT")
+        before = layer.objects.active
         layer.objects.active = armature
         bpy.ops.object.mode_set(mode="EDIT")
         try:

@@ -30,6 +30,8 @@ class Stream:
         self.first_port = port
         self.figures: dict[int, Figure] = {}
         self.markers: dict[str, Markers] = {}
+        #: Somebody cannot be shown, because Blender is in another mode than Object Mode.
+        self.waiting = False
         self.recorder: Recorder | None = None
         #: What was recorded, by the object's name: the newest take of each.
         self.actions: dict[str, object] = {}
@@ -45,6 +47,7 @@ class Stream:
     def step(self, now_s: float | None = None):
         """Takes in what has come, and moves the scene."""
         now_s = time.monotonic() if now_s is None else now_s
+        self.waiting = False
         for port, listening in self.sockets.items():
             self._read(port, listening, now_s)
         for port, body in self.people.bodies.items():
@@ -121,7 +124,9 @@ class Stream:
         if not body.is_whole():
             return
         if figure is None or not figure.fits(body):
-            if figure is not None and not set(figure.bones) <= body.bones.keys():
+            if bpy.context.mode != "OBJECT":
+                # Making an armature would end what its user is at.
+                self.waiting = True
                 return
             figure = self._figure(port, body)
         figure.show(True)

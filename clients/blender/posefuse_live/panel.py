@@ -104,14 +104,16 @@ class POSEFUSE_PT_panel(bpy.types.Panel):
             layout.label(text=words)
 
 
-def status() -> list[str]:
+def status(now_s: float | None = None) -> list[str]:
     """What is going on, in words."""
     if stream is None:
         return ["Stopped"]
-    there = stream.present()
-    lines = [f"{len(there)} people, {stream.packet_rate()} packets/s"]
+    there = stream.present(now_s)
+    lines = [f"{len(there)} {'person' if len(there) == 1 else 'people'}, {stream.packet_rate()} packets/s"]
     if stream.packets == 0:
         lines += ["Nothing comes: is VMC on at the server,", f"with this computer and port {stream.first_port} as its target?"]
+    elif stream.waiting:
+        lines.append("Somebody new is shown in Object Mode")
     elif not there:
         lines.append("Nobody is in the room")
     if stream.malformed or stream.people.ignored:
