@@ -104,6 +104,19 @@ def test_people_are_watched_and_a_muted_sensor_is_left_out(live, reader):
     states.close()
 
 
+def test_outputs_are_switched(reader):
+    from posefuse.v1 import room_pb2
+
+    def state():
+        return next(sink.state for sink in reader.status().sinks if sink.name == "vmc")
+
+    assert state() == room_pb2.SINK_STATE_OFF
+    assert reader.switch_output("vmc", True).state == state() == room_pb2.SINK_STATE_RUNNING
+    reader.switch_output("vmc", False)
+    assert state() == room_pb2.SINK_STATE_OFF
+    assert code_of(lambda: reader.switch_output("fax", True))[0] == "NOT_FOUND"
+
+
 def test_takes_are_recorded_described_listed_and_replayed(live, reader):
     room, _ = live
     assert reader.takes() == [] and code_of(lambda: reader.take("walk"))[0] == "NOT_FOUND"

@@ -76,6 +76,11 @@ class Room:
         """Leaves a sensor out of fusing, or takes it in again. It is still recorded."""
         self._ask(self.stub.MuteSensor, room_pb2.MuteSensorRequest(sensor=sensor, muted=muted))
 
+    def switch_output(self, name: str, on: bool) -> room_pb2.SinkStatus:
+        """Switches a live output (`osc`, `vmc` ...; `status().sinks` has them) on or off until the server ends."""
+        status: room_pb2.SinkStatus = self._ask(self.stub.SwitchSink, room_pb2.SwitchSinkRequest(name=name, on=on))
+        return status
+
     # --- takes --------------------------------------------------------------------------------------------------
 
     def takes(self) -> list[Take]:
