@@ -54,12 +54,15 @@ impl<'a> Draft<'a> {
         }
         let bytes = settled(&self.part).map_err(ExportError::write(&self.part))?;
         fs::rename(&self.part, &self.path).map_err(ExportError::write(&self.path))?;
+        let [from_timecode, timecode_rate] = plan.timecode(self.first);
         Ok(FileReport {
             path: std::mem::take(&mut self.path),
             format: self.format,
             people: std::mem::take(&mut self.people),
             from_s: plan.seconds(self.first),
             from_utc: plan.civil(self.first),
+            from_timecode,
+            timecode_rate,
             frames: self.last - self.first + 1,
             bytes,
         })

@@ -134,6 +134,11 @@ impl Plan {
             .saturating_add(self.header.unix_offset_ns)
     }
 
+    /// The room's timecode of a frame, and its rate; empty where the take has none.
+    pub(crate) fn timecode(&self, frame: u64) -> [String; 2] {
+        self.header.timecode(self.grid.time(frame))
+    }
+
     /// When a frame is, civil time (UTC), RFC 3339.
     pub(crate) fn civil(&self, frame: u64) -> String {
         let time = self.civil_time(frame);

@@ -58,6 +58,10 @@ pub struct FileReport {
     pub from_s: f64,
     /// The same as civil time (UTC), RFC 3339.
     pub from_utc: String,
+    /// The same as the room's timecode, and its rate; empty where the take has none.
+    pub from_timecode: String,
+    /// The timecode's rate: 24, 25, 29.97df, 30, 50 or 60.
+    pub timecode_rate: String,
     /// How many frames it has.
     pub frames: u64,
     /// Its size.

@@ -17,7 +17,7 @@ impl<'a> Bones<'a> {
         let unit = sheet.space.unit;
         writeln!(
             out,
-            "frame,time_s,unix_ns,person,bone,parent,x_{unit},y_{unit},z_{unit},qx,qy,qz,qw"
+            "frame,time_s,unix_ns,timecode,person,bone,parent,x_{unit},y_{unit},z_{unit},qx,qy,qz,qw"
         )?;
         Ok(Self { sheet, out })
     }
@@ -31,6 +31,7 @@ impl<'a> Bones<'a> {
         let (plan, space, names) = (self.sheet.plan, self.sheet.space, self.sheet.names);
         let rig = self.sheet.rig(index)?;
         let (seconds, unix_ns) = (plan.seconds(moment.frame), plan.unix_ns(moment.frame));
+        let [timecode, _] = plan.timecode(moment.frame);
         let (frame, who) = (moment.frame, &plan.people[person].who);
         let decimals = space.unit.decimals();
         for (bone, (origin, turned)) in rig.bones.iter().zip(rig.place(pose)) {
@@ -39,7 +40,7 @@ impl<'a> Bones<'a> {
             let (at, turned) = (space.vector(origin.vector()), space.axes.rotation(&turned));
             writeln!(
                 self.out,
-                "{frame},{seconds:.6},{unix_ns},{who},{},{parent},{:.decimals$},{:.decimals$},{:.decimals$},\
+                "{frame},{seconds:.6},{unix_ns},{timecode},{who},{},{parent},{:.decimals$},{:.decimals$},{:.decimals$},\
                  {:.7},{:.7},{:.7},{:.7}",
                 names.of_bone(&bone.name),
                 at.x,

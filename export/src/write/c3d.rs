@@ -259,6 +259,9 @@ fn parameters(sheet: &Sheet) -> Section {
     section.group("POSEFUSE");
     section.parameter("TAKE", &Value::Text(&sheet.plan.header.name));
     section.parameter("START_UTC", &Value::Text(&sheet.plan.civil(sheet.first)));
+    let [timecode, rate] = sheet.plan.timecode(sheet.first);
+    section.parameter("START_TIMECODE", &Value::Text(&timecode));
+    section.parameter("TIMECODE_RATE", &Value::Text(&rate));
     section.parameter(
         "START_S",
         &Value::Float(&[sheet.plan.seconds(sheet.first) as f32]),

@@ -1,7 +1,7 @@
 //! Tables of joints, RFC 4180: wide (a row for each person and frame) or tidy (a row for each joint).
 //!
 //! A joint that is missing has empty cells in a wide table and no row in a tidy one. `time_s` counts from the take's start,
-//! `unix_ns` from 1970.
+//! `unix_ns` from 1970; `timecode` is the room's, empty in takes that have none.
 
 use std::io::{self, Write};
 
@@ -25,7 +25,7 @@ pub(super) struct Csv<'a> {
 impl<'a> Csv<'a> {
     pub(super) fn begin(sheet: Sheet<'a>, layout: Layout, mut out: Out) -> io::Result<Self> {
         let unit = sheet.space.unit;
-        write!(out, "frame,time_s,unix_ns,person")?;
+        write!(out, "frame,time_s,unix_ns,timecode,person")?;
         match layout {
             Layout::Wide => {
                 for joint in Joint::ALL {
@@ -50,7 +50,8 @@ impl<'a> Csv<'a> {
         let plan = self.sheet.plan;
         let (seconds, unix_ns) = (plan.seconds(frame), plan.unix_ns(frame));
         let who = &plan.people[figure.person].who;
-        write!(self.out, "{frame},{seconds:.6},{unix_ns},{who}")
+        let [timecode, _] = plan.timecode(frame);
+        write!(self.out, "{frame},{seconds:.6},{unix_ns},{timecode},{who}")
     }
 
     fn place(&mut self, state: &JointState<Room>) -> io::Result<()> {

@@ -41,6 +41,10 @@ fn nothing_is_written_over_and_nothing_is_left_half_written() {
     for file in &report.files {
         assert_eq!(file.bytes, std::fs::metadata(&file.path).unwrap().len());
         assert_eq!(file.from_utc, "2026-09-21T14:15:00.000000Z");
+        assert_eq!(
+            (file.from_timecode.as_str(), file.timecode_rate.as_str()),
+            ("14:15:00:00", "30")
+        );
     }
 }
 

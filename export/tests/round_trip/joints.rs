@@ -16,21 +16,24 @@ fn a_wide_table_has_every_joint_where_it_was_and_no_row_for_who_is_not_there() {
     let text = exported.text("walk.csv");
     let mut rows = text.lines();
     let head: Vec<&str> = rows.next().unwrap().split(',').collect();
-    assert_eq!(head.len(), 4 + 4 * JOINT_COUNT);
-    assert_eq!(head[4 + 4 * Joint::Head as usize], "Head_x_m");
+    assert_eq!(head.len(), 5 + 4 * JOINT_COUNT);
+    assert_eq!(head[5 + 4 * Joint::Head as usize], "Head_x_m");
     let sent = [skeletons(&take, FIRST), skeletons(&take, SECOND)];
     let mut counts = [0; 2];
     for row in rows {
         let cells: Vec<&str> = row.split(',').collect();
         let frame: usize = cells[0].parse().unwrap();
-        let person = usize::from(cells[3] == format!("person{SECOND}"));
+        let person = usize::from(cells[4] == format!("person{SECOND}"));
         counts[person] += 1;
         let seconds: f64 = cells[1].parse().unwrap();
         assert!((seconds - time(frame).since_seconds(START)).abs() < 1e-6);
         assert_eq!(cells[2].parse(), Ok(time(frame).ns() + UNIX_OFFSET_NS));
+        assert!(
+            cells[3].starts_with("14:15:") && cells[3].ends_with(&format!(":{:02}", frame % 30))
+        );
         let skeleton = sent[person][frame].as_ref().unwrap();
         for (joint, state) in skeleton.iter() {
-            let cell = |axis: usize| cells[4 + 4 * joint as usize + axis].parse::<f64>().unwrap();
+            let cell = |axis: usize| cells[5 + 4 * joint as usize + axis].parse::<f64>().unwrap();
             for axis in 0..3 {
                 assert!(
                     (cell(axis) - state.position.vector()[axis]).abs() < 1e-6,
@@ -58,7 +61,7 @@ fn a_tidy_table_for_unreal_is_left_handed_and_in_centimetres() {
     let exported = Exported::of(&take, &options);
     let text = exported.text("walk.tidy.csv");
     assert!(text.starts_with(
-        "frame,time_s,unix_ns,person,joint,x_cm,y_cm,z_cm,sigma_cm,confidence,provenance\n"
+        "frame,time_s,unix_ns,timecode,person,joint,x_cm,y_cm,z_cm,sigma_cm,confidence,provenance\n"
     ));
     let sent = skeletons(&take, FIRST);
     let mut rows = 0;
@@ -67,13 +70,13 @@ fn a_tidy_table_for_unreal_is_left_handed_and_in_centimetres() {
         let number = |cell: usize| cells[cell].parse::<f64>().unwrap();
         let skeleton = sent[number(0) as usize].as_ref().unwrap();
         let at = skeleton
-            .position(cells[4].parse().unwrap())
+            .position(cells[5].parse().unwrap())
             .unwrap()
             .vector()
             * 100.0;
-        let off = [number(5) - at.x, number(6) + at.y, number(7) - at.z];
+        let off = [number(6) - at.x, number(7) + at.y, number(8) - at.z];
         assert!(off.iter().all(|off| off.abs() < 1e-3), "{row}");
-        assert!((number(8) - 0.2).abs() < 1e-3 && cells[10] == "measured");
+        assert!((number(9) - 0.2).abs() < 1e-3 && cells[11] == "measured");
         rows += 1;
     }
     assert_eq!(rows, 31 * JOINT_COUNT);
@@ -176,7 +179,7 @@ fn another_rate_and_span_gives_the_motion_between_the_frames() {
             .collect();
         let truth = &world.truth(cells[1])[0].joints;
         for (joint, position) in truth.iter() {
-            let (cell, at) = (4 + 4 * joint as usize, position.vector() * 1000.0);
+            let (cell, at) = (5 + 4 * joint as usize, position.vector() * 1000.0);
             for (cell, at) in cells[cell..cell + 3].iter().zip([at.y, at.z, at.x]) {
                 worst = worst.max((cell - at).abs());
                 sum += (cell - at).powi(2);

@@ -65,7 +65,7 @@ fn a_table_of_bones_has_them_where_the_pose_has_them() {
         .lines()
         .skip(1)
         .map(|line| line.split(',').collect())
-        .filter(|row: &Vec<&str>| row[3] == "person3")
+        .filter(|row: &Vec<&str>| row[4] == "person3")
         .collect();
     assert_eq!(rows.len(), FRAMES * rig.bones.len());
     let number = |cell: &str| cell.parse::<f64>().unwrap();
@@ -73,16 +73,16 @@ fn a_table_of_bones_has_them_where_the_pose_has_them() {
     for (frame, rows) in rows.chunks(rig.bones.len()).enumerate() {
         let sent = sent[frame].as_ref().unwrap();
         for (bone, (row, at)) in rig.bones.iter().zip(rows.iter().zip(sent)) {
-            assert_eq!((row[0], row[4]), (&*frame.to_string(), &*bone.name));
+            assert_eq!((row[0], row[5]), (&*frame.to_string(), &*bone.name));
             let unity = Axes::Unity.from_room();
-            assert!((unity * at.vector() - vector(row, 6)).norm() < 2e-6);
+            assert!((unity * at.vector() - vector(row, 7)).norm() < 2e-6);
             // What a bone carries is where its parent's turn puts it.
             if let Some(parent) = bone.parent {
-                let turn = vector(rows[parent].as_slice(), 9);
-                let turn = Quaternion::from_parts(number(rows[parent][12]), turn);
+                let turn = vector(rows[parent].as_slice(), 10);
+                let turn = Quaternion::from_parts(number(rows[parent][13]), turn);
                 let along = UnitQuaternion::new_normalize(turn) * (unity * bone.offset);
-                let reached = vector(rows[parent].as_slice(), 6) + along;
-                assert!((reached - vector(row, 6)).norm() < 5e-6, "{}", bone.name);
+                let reached = vector(rows[parent].as_slice(), 7) + along;
+                assert!((reached - vector(row, 7)).norm() < 5e-6, "{}", bone.name);
             }
         }
     }
@@ -310,6 +310,7 @@ fn a_glb_moves_both_people_in_one_animation_and_hides_who_is_not_there() {
         glb.json["asset"]["extras"]["startUtc"],
         exported.report.files[0].from_utc
     );
+    assert_eq!(glb.json["asset"]["extras"]["startTimecode"], "14:15:00:00");
     for (index, person) in [FIRST, SECOND].into_iter().enumerate() {
         let (_, sent) = moved(&take, person);
         let joints = glb.json["skins"][index]["joints"].as_array().unwrap();

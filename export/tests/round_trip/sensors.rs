@@ -90,11 +90,11 @@ fn rows(take: &TakeReader) -> (Exported, Vec<(f64, f64)>) {
         let truth = world.truth(seconds);
         let person = truth
             .iter()
-            .find(|person| cells[3] == format!("sim1-body{}", person.id));
+            .find(|person| cells[4] == format!("sim1-body{}", person.id));
         let mut worst = 0f64;
         for (joint, position) in person.unwrap().joints.iter() {
             for axis in 0..3 {
-                let cell: f64 = cells[4 + 4 * joint as usize + axis].parse().unwrap();
+                let cell: f64 = cells[5 + 4 * joint as usize + axis].parse().unwrap();
                 worst = worst.max((cell - position.vector()[axis]).abs());
             }
         }

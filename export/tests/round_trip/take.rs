@@ -8,8 +8,8 @@ use posefuse_kinematics::{Body, Config, Rig, Solver};
 use posefuse_session::{MemoryStorage, Storage, TakeHeader, TakeReader, TakeWriter};
 use posefuse_simulator::{Scenario, World};
 use posefuse_skeleton::{
-    Confidence, JointMap, JointState, Position, Room, RoomFrame, SensorId, Skeleton, Timestamp,
-    Track, TrackId,
+    Confidence, JointMap, JointState, Position, Room, RoomFrame, SensorId, Skeleton, TimecodeZone,
+    Timestamp, Track, TrackId,
 };
 
 pub(crate) const RATE_HZ: f64 = 30.0;
@@ -34,6 +34,7 @@ pub(crate) fn header(name: &str) -> TakeHeader {
         started: "2026-09-21T14:13:20Z".to_owned(),
         start: Some(START),
         unix_offset_ns: UNIX_OFFSET_NS,
+        timecode: Some(TimecodeZone::default()),
         ..TakeHeader::default()
     }
 }

@@ -137,6 +137,7 @@ impl Sink for Glb<'_> {
             return Err(super::never_seen());
         }
         let plan = self.sheet.plan;
+        let [timecode, timecode_rate] = plan.timecode(self.sheet.first);
         let head = json!({
             "asset": {
                 "version": "2.0",
@@ -144,6 +145,8 @@ impl Sink for Glb<'_> {
                 "extras": {
                     "take": plan.header.name,
                     "startUtc": plan.civil(self.sheet.first),
+                    "startTimecode": timecode,
+                    "timecodeRate": timecode_rate,
                     "startSeconds": plan.seconds(self.sheet.first),
                     "framesPerSecond": plan.grid.rate_hz,
                 },

@@ -151,9 +151,12 @@ impl Sink for Parquet<'_> {
         self.close_group()?;
         let plan = self.sheet.plan;
         let fact = |key: &str, value: &str| Record::default().text(1, key).text(2, value);
+        let [timecode, rate] = plan.timecode(self.sheet.first);
         let facts = vec![
             fact("take", &plan.header.name),
             fact("start_utc", &plan.civil(self.sheet.first)),
+            fact("start_timecode", &timecode),
+            fact("timecode_rate", &rate),
             fact("frames_per_second", &plan.grid.rate_hz.to_string()),
         ];
         let end = Record::default()
