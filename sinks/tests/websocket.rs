@@ -4,7 +4,7 @@
 
 mod websocket_room;
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use futures_util::SinkExt;
 use posefuse_sinks::SinkState;
@@ -136,20 +136,18 @@ async fn a_client_that_takes_nothing_is_cut_and_costs_the_others_nothing() {
     let mut still = staring(&room).await;
     let mut good = room.client("/?bodies=1").await;
     room.wait_for(|status| status.clients == Some(2)).await;
-    let began = Instant::now();
     let reader = tokio::spawn(async move {
-        let messages = texts(&mut good, |m| m["number"].as_u64() >= Some(209)).await;
+        let messages = texts(&mut good, |m| m["number"].as_u64() >= Some(149)).await;
         (messages, good)
     });
-    for frame in 0..210 {
+    for frame in 0..150 {
         room.play(|_| vec![0, 1], frame..frame + 1);
         tokio::time::sleep(Duration::from_millis(33)).await;
     }
     let (messages, _stays) = reader.await.unwrap();
     let frames = messages.iter().filter(|m| m["type"] == "frame").count();
-    assert!(frames >= 205, "the good client got {frames} of 210");
+    assert!(frames >= 145, "the good client got {frames} of 150");
     room.wait_for(|status| status.clients == Some(1)).await;
-    assert!(began.elapsed() < Duration::from_secs(9));
     // What was written before the cut is still there, then the end.
     let mut rest = Vec::new();
     let _ = still.read_to_end(&mut rest).await;
