@@ -207,3 +207,43 @@ fn methods_are_listed() {
     assert!(listed["menard"].as_str().unwrap().contains("reference A"));
     assert!(user.run(&["evaluate", "methods"]).out.contains("kalman"));
 }
+
+#[test]
+fn bodies_are_compared_function_by_function_with_aims_and_a_page() {
+    let user = User::new();
+    let mine = user.home().join("mine.toml");
+    std::fs::write(&mine, "[loose.feet]\nfirmness_mm = 50.0\n").unwrap();
+    let (mine, page) = (
+        mine.display().to_string(),
+        user.home().join("bodies.html").display().to_string(),
+    );
+    let rooms = ["--rooms", "ring4", "--seeds", "1", "--seconds", "5"];
+    let asked = ["evaluate", "bodies", "--methods", "kalman", "--bodies"];
+    let rest = [mine.as_str(), "--report", page.as_str()];
+    let done = user.run(&[&asked[..], &rest[..], &rooms[..]].concat());
+    assert_eq!(done.code, 0, "{done:?}");
+    for word in [
+        "ring4, kalman",
+        "as fused",
+        "ships",
+        "no-feet",
+        "loose",
+        "change, %",
+        "aims met",
+    ] {
+        assert!(done.out.contains(word), "{word}: {done:?}");
+    }
+    let page = std::fs::read_to_string(&page).unwrap();
+    assert!(page.contains("Menard") && page.contains("look-auto"));
+
+    let wrong = user.home().join("wrong.toml");
+    std::fs::write(&wrong, "[loose.feet]\nfirmnes_mm = 50.0\n").unwrap();
+    let done = user.run(&[
+        "evaluate",
+        "bodies",
+        "--bodies",
+        &wrong.display().to_string(),
+    ]);
+    assert_eq!(done.code, 2, "{done:?}");
+    assert!(done.err.contains("firmness_mm"), "{done:?}");
+}

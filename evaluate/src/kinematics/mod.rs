@@ -4,20 +4,27 @@
 //! off. Each works on the same frames of a simulated room. A person's measures are learned from all of a track's frames, as
 //! an export does. Joints that were not fused are not counted, so that all variants are judged by the same joints.
 
+mod aims;
+mod table;
 mod tally;
+mod trials;
+mod variants;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use posefuse_fusion::Input;
-use posefuse_kinematics::{Body, Config, Solver};
+use posefuse_kinematics::{Body, Solver};
 use posefuse_simulator::World;
 use posefuse_skeleton::{
     Calibration, JointMap, Position, Room, RoomFrame, SensorIdError, Timestamp, Track, TrackId,
 };
 
+pub use table::{FIGURES, Figure, MENARD, menard_rows, rows};
 pub use tally::{BodyFigures, BodyTally};
+pub use trials::{BodiesError, BodiesReport, BodiesRoom, BodiesRow, Trials};
+pub use variants::{AS_FUSED, SHIPS, Variant, variants};
 
 use crate::compare::compare;
 use crate::fuse::fuse;
@@ -27,17 +34,6 @@ use crate::room::SimulatedRoom;
 use crate::truth::{SimulatedTruth, Truth};
 use tally::{Bends, Sample};
 
-/// A way to make a body of a fused person.
-#[derive(Clone, Debug)]
-pub struct Variant {
-    /// Short, unique.
-    pub name: &'static str,
-    /// What it is, in one line.
-    pub about: &'static str,
-    /// What the solver is told; `None` leaves people as they were fused.
-    pub config: Option<Config>,
-}
-
 /// What one variant came to.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
@@ -45,68 +41,6 @@ pub struct Outcome {
     pub judged: Judged,
     /// What only bodies have.
     pub body: BodyTally,
-}
-
-/// All variants, the people as fused first, then what ships, then each of its functions by itself off or otherwise.
-pub fn variants() -> Vec<Variant> {
-    let with = |change: fn(&mut Config)| {
-        let mut config = Config::default();
-        change(&mut config);
-        Some(config)
-    };
-    let variant = |name, about, config| Variant {
-        name,
-        about,
-        config,
-    };
-    vec![
-        variant("fused", "positions as fused, no body", None),
-        variant(
-            "ships",
-            "the fit with all that is on by default",
-            with(|_| {}),
-        ),
-        variant(
-            "bones",
-            "bone by bone instead of the fit",
-            with(|c| c.fit.enabled = false),
-        ),
-        variant(
-            "from-skeleton",
-            "the fit begins at the fused skeleton, not at the frame before",
-            with(|c| c.fit.start = posefuse_kinematics::Start::Skeleton),
-        ),
-        variant(
-            "no-robust",
-            "far joints count in full",
-            with(|c| c.fit.robust = false),
-        ),
-        variant(
-            "no-limits",
-            "no anatomical ranges",
-            with(|c| c.limits.enabled = false),
-        ),
-        variant(
-            "no-hold",
-            "straight limbs keep no twist",
-            with(|c| c.hold.enabled = false),
-        ),
-        variant(
-            "no-feet",
-            "feet are not kept still",
-            with(|c| c.feet.enabled = false),
-        ),
-        variant(
-            "no-extra",
-            "one spine bone, stiff clavicles, fingers and toes",
-            with(|c| {
-                c.extra.spine = false;
-                c.extra.clavicles = false;
-                c.extra.fingers = false;
-                c.extra.toes = false;
-            }),
-        ),
-    ]
 }
 
 /// A simulated room as fused by one method, ready for variants.

@@ -1,10 +1,12 @@
 //! The result of a comparison: what scripts get as JSON and what people get as tables or as a page.
 
+mod bodies;
 mod page;
 mod plots;
 mod repair;
 mod svg;
 
+pub(crate) use bodies::html as bodies_html;
 pub(crate) use repair::html as repair_html;
 
 use serde::Serialize;

@@ -1,5 +1,6 @@
 //! `posefuse evaluate`: how good fused people are, methods side by side.
 
+mod bodies;
 mod bodytrack;
 mod csv;
 mod material;
@@ -35,6 +36,8 @@ enum On {
     Csv(csv::CsvArgs),
     /// Occlusion models: how well they fill in joints that no sensor saw
     Repair(repair::RepairArgs),
+    /// Bodies made of fused people: what ships and each of its functions off
+    Bodies(bodies::BodiesArgs),
     /// The body tracker for depth sensors, on rendered depth
     Bodytrack(bodytrack::BodytrackArgs),
     /// List the methods that have a name
@@ -47,6 +50,7 @@ pub(crate) fn run(args: &EvaluateArgs, global: &Global) -> anyhow::Result<Outcom
         On::Takes(args) => takes::run(args, global),
         On::Csv(args) => csv::run(args, global),
         On::Repair(args) => repair::run(args, global),
+        On::Bodies(args) => bodies::run(args, global),
         On::Bodytrack(args) => bodytrack::run(args, global),
         On::Methods => list_methods(global),
     }

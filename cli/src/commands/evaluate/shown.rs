@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use posefuse_evaluate::aims::{Aim, Matrix, in_matrix, matrix};
+use posefuse_evaluate::kinematics::{self, BodiesReport};
 use posefuse_evaluate::repair::{self, FIGURES, RepairReport, Tests};
 use posefuse_evaluate::{Group, Report, table};
 use serde::Serialize;
@@ -79,6 +80,23 @@ impl WorkArgs {
                     for figure in &FIGURES {
                         print_rows(&repair::rows(report, tests, figure))?;
                     }
+                }
+                aims(&report.aims)
+            },
+        )
+    }
+
+    /// Shows how ways to make bodies compare.
+    pub(super) fn show_bodies(&self, report: &BodiesReport, global: &Global) -> anyhow::Result<()> {
+        self.give(
+            report,
+            global,
+            || report.html(),
+            || {
+                for room in &report.rooms {
+                    line(paint(Style::Bold, &room.name))?;
+                    print_rows(&kinematics::rows(room))?;
+                    print_rows(&kinematics::menard_rows(room))?;
                 }
                 aims(&report.aims)
             },
