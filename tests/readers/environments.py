@@ -2,11 +2,13 @@
 
 An environment is made once, and again when its requirements change.
 """
+import json
 import pathlib
 import shutil
 import subprocess
 import threading
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The Python that wheels of Blender's module are made for.
 PYTHON = (3, 11)
 #: Readers that share an environment wait for whoever installs it. One at a time, for all use the same network.
@@ -42,10 +44,19 @@ def base() -> str:
     raise Unavailable(f"needs {name} with venv, which is not here: install it (Debian 12: apt-get install python3-venv)")
 
 
-def run(command: list):
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, stdin=subprocess.DEVNULL)
+def example(name: str) -> pathlib.Path:
+    """An example of our workspace; built with all of it, because alone it would have its dependencies built anew."""
+    said = run(["cargo", "build", "--quiet", "--locked", "--workspace", "--example", name, "--message-format", "json"])
+    built = [json.loads(line) for line in said.splitlines()]
+    return next(pathlib.Path(each["executable"]) for each in built if each.get("executable") and each["target"]["name"] == name)
+
+
+def run(command: list) -> str:
+    """What a command prints."""
+    done = subprocess.run(list(map(str, command)), cwd=ROOT, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if done.returncode != 0:
-        raise RuntimeError(f"{' '.join(map(str, command))} gave {done.returncode}:\n{done.stdout}\n{done.stderr}")
+        raise RuntimeError(f"{' '.join(map(str, command))} gave {done.returncode}:\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}")
+    return done.stdout
 
 
 def node_modules(tools: pathlib.Path, package: pathlib.Path) -> pathlib.Path:

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 
-from environments import Unavailable, node_modules, python
+from environments import Unavailable, example, node_modules, python
 from judge import Verdict, judge
 from make import make
 
@@ -39,14 +39,13 @@ class Reader:
             modules = [node_modules(tools, HERE / self.needs)] if self.needs else []
             return ["node", HERE / self.script, *arguments, *modules]
         if self.script.endswith(".rs"):
-            cargo = ["cargo", "run", "--quiet", "--locked", "-p", "posefuse-export", "--example"]
-            return [*cargo, self.script.removesuffix(".rs"), "--", *arguments]
+            return [example(self.script.removesuffix(".rs")), *arguments]
         interpreter = sys.executable if self.needs is None else python(tools, HERE / self.needs)
         return [interpreter, HERE / self.script, *arguments]
 
 
-#: A reader that takes longer hangs (ufbx may have to be compiled), seconds.
-LONGEST_S = 420
+#: A reader that takes longer hangs, seconds.
+LONGEST_S = 180
 #: The slow ones first, because two run at a time.
 READERS = [
     Reader("blender", "read_blender.py", "blender.txt"),
