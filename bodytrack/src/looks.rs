@@ -13,6 +13,14 @@ use crate::sight::Extent;
 const NEAR_M: f32 = 0.15;
 const LEAST_NEAR: f64 = 0.7;
 
+/// Of a person the network knows at least so many joints so surely.
+const SURE: f32 = 0.6;
+const SURE_JOINTS: usize = 6;
+/// Who does not move is a person only if it knows so many so surely, image after image. Of things (chairs and cabinets are the
+/// likest) it knows fewer; of people in view nearly all.
+const CONVINCED: f32 = 0.9;
+const CONVINCING_JOINTS: usize = 18;
+
 /// The box of pixels around a person's surfaces, how large these are, and their middle; `None` if there is nothing.
 pub(crate) fn measured<'a>(
     segments: &Segments,
@@ -50,8 +58,23 @@ pub(crate) fn fits<'a>(found: &Estimate, points: impl Iterator<Item = &'a Sample
     f64::from(near) >= LEAST_NEAR * f64::from(all)
 }
 
+/// Whether the network finds a person there.
+pub(crate) fn is_sure(found: &Estimate) -> bool {
+    knows(found, SURE) >= SURE_JOINTS
+}
+
+/// Whether it finds nothing at all.
+pub(crate) fn is_dull(found: &Estimate) -> bool {
+    knows(found, SURE) == 0
+}
+
+/// Whether this is convincing even of somebody who does not move.
+pub(crate) fn is_convincing(found: &Estimate) -> bool {
+    knows(found, CONVINCED) >= CONVINCING_JOINTS
+}
+
 /// Of how many joints the network knows where they are, as surely as that.
-pub(crate) fn knows(found: &Estimate, surely: f32) -> usize {
+fn knows(found: &Estimate, surely: f32) -> usize {
     let joints = found.sigma_m.iter().zip(&found.visible);
     let known = joints.filter(|(sigma, seen)| confidence(**sigma, **seen).get() > surely);
     known.count()

@@ -35,8 +35,10 @@ const MOST_SPEED: f32 = 4.0;
 const ALIVE_SHARE: f32 = 0.15;
 const ALIVE_IMAGES: u32 = 6;
 const FRESH_IMAGES: u32 = 6;
-/// Or once the network was sure of it in so many images in a row.
+/// Or once it was convincing in so many images in a row.
 const CONVINCING_IMAGES: u32 = 8;
+/// A thing of which the network knows nothing is looked at again after so many images, or a few more.
+const REST_IMAGES: u32 = 2;
 /// Most things that are looked at, people with them.
 const MOST_THINGS: usize = 24;
 /// A thing of which nothing moved for so long is furniture, seconds.
@@ -66,6 +68,8 @@ pub(crate) struct Track {
     images: u32,
     alive_images: u32,
     convincing_images: u32,
+    /// Images for which it is not looked at.
+    rest: u32,
     same_images: u32,
 }
 
@@ -91,6 +95,7 @@ impl Track {
             images: 0,
             alive_images: 0,
             convincing_images: 0,
+            rest: 0,
             same_images: 0,
         }
     }
@@ -123,8 +128,8 @@ impl Track {
         (self.middle, self.joints, self.seen_ns) = (middle, joints, at_ns);
     }
 
-    /// Counts what speaks for a person: `patches` of them, how many of these moved, and whether the network knows where nearly
-    /// everything of them is.
+    /// Counts what speaks for a person: `patches` of them and how many of these moved, and whether what the network says of them is
+    /// convincing by itself.
     pub(crate) fn judge(&mut self, [patches, moved]: [u32; 2], convincing: bool) {
         self.convincing_images = match convincing {
             true => self.convincing_images + 1,
@@ -136,6 +141,20 @@ impl Track {
         }
         let share = moved as f32 / patches.max(8) as f32;
         self.alive_images += u32::from(share > ALIVE_SHARE);
+    }
+
+    /// It looks like nothing: `number` spreads the next look at it and at others like it over the images.
+    pub(crate) fn rest(&mut self, number: usize) {
+        if self.id == 0 {
+            self.rest = REST_IMAGES + number as u32 % 3;
+        }
+    }
+
+    /// Whether it is left out in this image.
+    pub(crate) fn rests(&mut self) -> bool {
+        let rests = self.rest > 0;
+        self.rest = self.rest.saturating_sub(1);
+        rests
     }
 
     pub(crate) fn is_person(&self) -> bool {

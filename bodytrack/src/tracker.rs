@@ -13,7 +13,7 @@ use crate::flesh::Flesh;
 use crate::floor::{Floor, Level};
 use crate::grip::Grips;
 use crate::lens::{Lens, V3};
-use crate::looks::{fits, knows, measured, torso};
+use crate::looks::{fits, is_convincing, is_dull, is_sure, measured, torso};
 use crate::people::{People, candidates};
 use crate::segments::Segments;
 use crate::sight::Sight;
@@ -22,13 +22,6 @@ use crate::{Facing, TrackedBody, TrackerConfig, TrackerError};
 
 /// Of somebody who is seen, at least this is, square metres.
 const SEEN_M2: f32 = 0.03;
-/// Of a person the network knows at least so many joints so surely.
-const SURE: f32 = 0.6;
-const SURE_JOINTS: usize = 6;
-/// Who does not move is a person only if it knows so many so surely: of furniture in 25 empty rooms it never knew more than 13 of
-/// 25, of people in view 19 and more in nine of ten images.
-const CONVINCED: f32 = 0.9;
-const CONVINCING_JOINTS: usize = 18;
 /// Cosine from which on somebody faces the sensor, or turns their back to it.
 const FRONT: f32 = 0.5;
 
@@ -151,7 +144,7 @@ impl BodyTracker {
         self.steps.end(Step::Surfaces);
         let lost = self.assign(before_ns, at_ns);
         self.steps.end(Step::People);
-        let (frames, seen) = self.cut(&lost);
+        let (frames, seen) = self.cut(&lost, at_ns);
         self.steps.end(Step::Crops);
         let estimates = self.sight.run(&frames)?;
         self.steps.end(Step::Network);
@@ -220,7 +213,7 @@ impl BodyTracker {
     }
 
     /// Cuts out everybody of whom enough is seen; gives the crops' frames and whose they are, with their surface's middle.
-    fn cut(&mut self, lost: &[bool]) -> (Vec<CropFrame>, Vec<(usize, V3)>) {
+    fn cut(&mut self, lost: &[bool], at_ns: i64) -> (Vec<CropFrame>, Vec<(usize, V3)>) {
         let (mut frames, mut seen) = (Vec::new(), Vec::new());
         let owners = &self.claims.owners;
         for number in (0..lost.len()).filter(|&number| !lost[number]) {
@@ -230,6 +223,11 @@ impl BodyTracker {
                 continue;
             };
             if area_m2 < SEEN_M2 {
+                continue;
+            }
+            let track = &mut self.people.tracks[number];
+            if track.rests() {
+                track.see(middle, track.joints, at_ns);
                 continue;
             }
             let Scene { lens, thin, .. } = &self.scene;
@@ -263,12 +261,15 @@ impl BodyTracker {
             let fits = |found: &Estimate| fits(found, points);
             let Some(mut estimate) = estimate.filter(fits) else {
                 track.see(surface, None, at_ns);
+                track.rest(number);
                 continue;
             };
             // Something else may move, too, but does not look like a person to the network.
-            if track.id == 0 && knows(&estimate, SURE) >= SURE_JOINTS {
+            if track.id == 0 && is_sure(&estimate) {
                 let counts = background.alive(lens, &self.claims.owners, number as u8 + 1);
-                track.judge(counts, knows(&estimate, CONVINCED) >= CONVINCING_JOINTS);
+                track.judge(counts, is_convincing(&estimate));
+            } else if is_dull(&estimate) {
+                track.rest(number);
             }
             track.settle(&level, &mut estimate, at_ns);
             track.see(torso(&estimate), Some(estimate.joints), at_ns);

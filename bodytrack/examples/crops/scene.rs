@@ -31,18 +31,18 @@ pub(crate) struct Staged {
 pub(crate) fn stage(poses: &Poses, camera: DepthCamera, chance: &mut Chance) -> Staged {
     let half_view = 0.5 * camera.intrinsics.view()[0];
     let first = {
-        let distance = chance.between(0.8, 4.6);
+        let distance = chance.between(0.6, 4.6);
         let aside = chance.between(-1.0, 1.0) * half_view;
         Vector3::new(distance * aside.cos(), distance * aside.sin(), 0.0)
     };
-    let people = [1, 1, 1, 2, 2, 2, 3, 3][chance.below(8)];
+    let people = [1, 1, 2, 2, 3, 3, 4, 4][chance.below(8)];
     let mut places = vec![first];
     while places.len() < people {
         let spread = chance.between(0.33, 1.6);
         let angle = chance.between(0.0, TAU);
         let place = first + Vector3::new(spread * angle.cos(), spread * angle.sin(), 0.0);
         let clear = places.iter().all(|other| (other - place).norm() > APART_M);
-        if clear && place.x > 0.7 {
+        if clear && place.x > 0.55 {
             places.push(place);
         }
     }

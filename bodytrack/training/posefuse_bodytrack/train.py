@@ -19,6 +19,7 @@ FIELDS = ["seconds", "samples", "loss", "rate"]
 def arguments(parser):
     parser.add_argument("--data", required=True, help="folder with train-*.crops and unseen-*.crops")
     parser.add_argument("--run", required=True, help="folder for checkpoints and curves; a run goes on where it ended")
+    parser.add_argument("--start", help="another run, whose weights a new run begins with")
     parser.add_argument("--minutes", type=float, default=240, help="of training in all; the learning rate falls over them")
     parser.add_argument("--batch", type=int, default=64)
     parser.add_argument("--rate", type=float, default=2e-3, help="learning rate at its highest")
@@ -68,6 +69,9 @@ class Run:
         os.makedirs(options.run, exist_ok=True)
         if os.path.exists(self.path):
             self.restore()
+        elif options.start:
+            for network in (self.network, self.averaged):
+                network.load_state_dict(load(options.start).state_dict())
 
     def restore(self):
         state = torch.load(self.path, weights_only=True)
