@@ -52,7 +52,6 @@ export async function fullRoom(page, report, opts) {
 export async function depthRoom(page, report, opts) {
   await room(page, report, opts);
   await depth(page, report);
-  await plan(page, report);
 }
 
 async function room(page, report, { sensors, waitMs }) {

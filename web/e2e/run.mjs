@@ -13,7 +13,7 @@ import { Report } from "./report.mjs";
 
 const USAGE = `usage: npm run e2e -- URL OUTDIR [--expect-empty | --expect-depth] [--sensors N] [--wait SECONDS]
   --expect-empty   the server has no sensor: check what the page says then, and nothing else
-  --expect-depth   the sensors have depth previews: check these and planning, and nothing else
+  --expect-depth   the sensors have depth previews: check these, and nothing else
   --sensors N      how many live sensors to wait for (4)
   --wait SECONDS   how long to wait for sensors, calibration and a person (120)
   CHROMIUM         environment: the browser to use, if not found by itself`;
