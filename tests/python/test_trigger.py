@@ -1,6 +1,7 @@
 """Takes started and stopped from outside, over HTTP, OSC and capture packets; and civil time in what a room gives."""
 import contextlib
 import json
+import pathlib
 import re
 import socket
 import time
@@ -219,6 +220,21 @@ def test_outputs_are_listed_and_switched_on_the_command_line(room):
     assert sinks()["osc"]["state"] == "running" and "running" in room.run("sinks", "list", "--server", room.url)
     assert json.loads(room.run("sinks", "off", "osc", "--json", "--server", room.url))["state"] == "off"
     room.run("sinks", "on", "fax", "--server", room.url, code=1)
+
+
+@pytest.mark.skipif(not pathlib.Path("/usr/share/zoneinfo/Asia/Kolkata").exists(), reason="no time zones on this machine")
+def test_timecode_counts_from_the_machines_own_midnight(tmp_path, monkeypatch):
+    monkeypatch.setenv("TZ", "Asia/Kolkata")
+    config = tmp_path / "server.toml"
+    config.write_text('[timecode]\nrate = "25"\nzone = "local"\n')
+    room = ConfiguredRoom(tmp_path, config)
+    try:
+        status = room.status()
+    finally:
+        room.close()
+    assert (status.timecode_rate, status.timecode_utc_offset_s) == ("25", 19_800)
+    seconds = ((status.time_ns + status.unix_offset_ns) // 1_000_000_000 + 19_800) % 86_400
+    assert status.timecode.startswith(time.strftime("%H:%M:%S:", time.gmtime(seconds)))
 
 
 def test_a_port_in_use_is_told_and_tried_again(tmp_path):
