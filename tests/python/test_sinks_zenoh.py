@@ -19,6 +19,7 @@ if not PROGRAM:
 zenoh = pytest.importorskip("zenoh", reason="SKIPPED: pip install -r tests/python/zenoh.txt")
 sdk = pytest.importorskip("zenoh_ros2_sdk", reason="SKIPPED: pip install -r tests/python/zenoh.txt")
 
+TYPE_HASH = "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
 RULE = "=" * 80
 TF_MESSAGE = f"""geometry_msgs/TransformStamped[] transforms
 {RULE}
@@ -62,9 +63,11 @@ class ZenohRoom(Room):
         super().__init__(folder)
 
     def start(self, name, *arguments):
-        if arguments[0] == "server":
-            arguments = (*arguments, "--config", self.config)
-        return super().start(name, *arguments)
+        if arguments[0] != "server":
+            return super().start(name, *arguments)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(conftest, "POSEFUSE", PROGRAM)
+            return super().start(name, *arguments, "--config", self.config)
 
     def session(self):
         config = zenoh.Config()
@@ -75,8 +78,7 @@ class ZenohRoom(Room):
 
 
 @pytest.fixture
-def room(tmp_path, client, monkeypatch):
-    monkeypatch.setattr(conftest, "POSEFUSE", PROGRAM)
+def room(tmp_path, client):
     room = ZenohRoom(tmp_path)
     import_calibration(room)
     for number in range(1, SENSORS + 1):
@@ -94,22 +96,26 @@ def test_zenoh_and_ros_get_what_grpc_gets_though_somebody_stands_still(room):
 
     samples, transforms, hold = [], [], threading.Event()
     good, still = room.session(), room.session()
-    kept = [
-        good.declare_subscriber("posefuse/frames", samples.append),
+    try:
+        good.declare_subscriber("posefuse/frames", samples.append)
         # Takes the first and no other.
-        still.declare_subscriber("posefuse/**", lambda _: hold.wait(60)),
-    ]
-    tf = sdk.ROS2Subscriber(
-        "/tf", "tf2_msgs/msg/TFMessage", transforms.append, msg_definition=TF_MESSAGE, router_port=room.port,
-        type_hash="RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
-    )
-    tokens = [str(reply.ok.key_expr) for reply in good.liveliness().get("@ros2_lv/**")]
-    assert any("/MP/%/%/posefuse/%tf/tf2_msgs::msg::dds_::TFMessage_/RIHS01_" in token for token in tokens), tokens
-    with posefuse.Room(room.address) as reader:
-        reference = {frame.number: frame for frame in reader.watch(seconds=5)}
-    hold.set()
+        still.declare_subscriber("posefuse/**", lambda _: hold.wait(60))
+        tf = sdk.ROS2Subscriber(
+            "/tf", "tf2_msgs/msg/TFMessage", transforms.append, msg_definition=TF_MESSAGE, router_port=room.port, type_hash=TYPE_HASH
+        )
+        tokens = [str(reply.ok.key_expr) for reply in good.liveliness().get("@ros2_lv/**")]
+        with posefuse.Room(room.address) as reader:
+            reference = {frame.number: frame for frame in reader.watch(seconds=5)}
+        taken = list(samples)
+        tf.close()
+        tf.session_mgr.session.close()
+    finally:
+        hold.set()
+        good.close()
+        still.close()
+    assert any(f"/MP/%/%/posefuse/%tf/tf2_msgs::msg::dds_::TFMessage_/{TYPE_HASH}/" in token for token in tokens), tokens
     compared, numbers = 0, []
-    for sample in samples:
+    for sample in taken:
         frame = frame_of(types_pb2.RoomFrame.FromString(sample.payload.to_bytes()))
         numbers.append(struct.unpack("<Q", sample.attachment.to_bytes())[0])
         if (same := reference.get(frame.number)) is None:
@@ -117,14 +123,9 @@ def test_zenoh_and_ros_get_what_grpc_gets_though_somebody_stands_still(room):
         assert frame.people == same.people and frame.time_ns == same.time_ns
         assert abs(frame.unix_ns - same.unix_ns) < 1_000_000
         compared += len(frame.people) > 0
-    assert compared > 100
-    assert np.diff(numbers).max() == 1, "the healthy subscriber lost nothing beside one that stands still"
+    assert compared > 20
+    assert set(np.diff(numbers)) == {1}, "the healthy subscriber lost nothing beside one that stands still"
     assert_bones_are_where_joints_are(transforms, reference)
-    tf.close()
-    for each in kept:
-        each.undeclare()
-    good.close()
-    still.close()
 
 
 def assert_bones_are_where_joints_are(messages, reference):
@@ -142,4 +143,4 @@ def assert_bones_are_where_joints_are(messages, reference):
             bone, joint = origins.get(f"person-{person.id}/LeftHand"), person.joints.get("WristLeft")
             if bone is not None and joint is not None:
                 off.append(np.linalg.norm(bone - [joint.x, joint.y, joint.z]))
-    assert len(off) > 50 and np.median(off) < 0.06, f"{len(off)} wrists, {np.median(off):.3f} m off"
+    assert len(off) > 20 and np.median(off) < 0.06, f"{len(off)} wrists, {np.median(off):.3f} m off"

@@ -51,6 +51,7 @@ struct Guest<T: Talk> {
 }
 
 impl<T: Talk> Guest<T> {
+    #[allow(clippy::result_large_err, reason = "the library wants whole answers")]
     async fn receive(house: Arc<House<T>>, stream: TcpStream) -> Option<Self> {
         let mut let_in = None;
         let config = WebSocketConfig::default()
