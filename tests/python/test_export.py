@@ -132,7 +132,9 @@ def test_duckdb_reads_the_tables_and_the_columns(exported, truth):
             and a.unix_ns = b.unix_ns and a.provenance = b.provenance
     """).fetchall()[0]
     assert off[0] == rows and max(off[1:]) < 2e-6, off
-    assert len(duckdb.sql(f"select * from '{wide}'").columns) == 4 + 4 * JOINTS
+    heads = duckdb.sql(f"select * from '{wide}'").columns
+    assert heads[:5] == ["frame", "time_s", "unix_ns", "timecode", "person"]
+    assert [sum(head.endswith(end) for head in heads) for end in ("_x_m", "_y_m", "_z_m", "_confidence")] == 4 * [JOINTS]
     head = duckdb.sql(f"select max(z_m) from '{columns}' where joint = 'Head'").fetchall()[0][0]
     assert 1.3 < head < 2.0, "the head is not up"
 
