@@ -98,8 +98,10 @@ def streamed(tmp_path_factory, client):
         if has_node():
             jobs |= {protocol: pool.submit(read_foxglove, room, protocol) for protocol in PROTOCOLS}
         agents = []
+        # From the beginning of their round, where they stand and walk; later they sit and crouch, too.
+        epoch = time.time_ns()
         for number in range(1, SENSORS + 1):
-            words = ["--sensor", number, "--sensors", SENSORS, "--people", PEOPLE]
+            words = ["--sensor", number, "--sensors", SENSORS, "--people", PEOPLE, "--epoch-ns", epoch]
             agents.append(room.start(f"sim{number}", "agent", "--name", f"sim{number}", "--server", room.url, "sim", *words))
         room.wait_for(lambda: room.status().people == PEOPLE, "two people")
         time.sleep(max(0.0, SECONDS - 2.0 - (time.monotonic() - begun)))
@@ -237,7 +239,8 @@ def test_foxglove_shows_people_bones_and_frames(streamed, protocol):
     for each in of_topic["/tf"][::5]:
         origins = chained(each["message"].get("transforms", []))
         for (frame, person), (expected, _) in reference.items():
-            if frame != number_at[each["time"]]:
+            # Channels are subscribed to one after the other, so the first frame may lack some.
+            if frame != number_at.get(each["time"]):
                 continue
             for bone, at in expected.items():
                 assert np.abs(origins[f"person-{person}/{bone}"] - at).max() < MOST_M
@@ -248,7 +251,7 @@ def test_foxglove_shows_people_bones_and_frames(streamed, protocol):
 def assert_scenes_are_right(reference, scenes, number_at):
     shown, gone, tracks = set(), set(), {}
     for each in scenes:
-        frame = reference.get(number_at[each["time"]])
+        frame = reference.get(number_at.get(each["time"]))
         gone |= {deletion["id"] for deletion in each["message"].get("deletions", [])}
         for entity in each["message"].get("entities", []):
             shown.add(entity["id"])
