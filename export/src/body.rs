@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use posefuse_kinematics::{Config, Learner, Rig, RigPose, Solver};
+use posefuse_kinematics::{
+    Config, HandFilter, HandState, HandsConfig, Learner, Rig, RigPose, Solver,
+};
 use posefuse_skeleton::{Room, SensorSet, Skeleton, Timestamp, Track, TrackId, trunk_axes};
 
 use crate::Who;
+use crate::source::Person;
 
 /// In fewer frames than this no pose of a rig may come about at any instant of an export.
 const LEAST_TRUNKS: usize = 3;
@@ -36,13 +39,13 @@ impl Learners {
     }
 
     /// What moves a person's rig; `None` for who was never shown, and whose trunk was not: nothing tells where they are.
-    pub(crate) fn mover(&self, who: &Who) -> Option<Mover> {
+    pub(crate) fn mover(&self, who: &Who, config: &Config) -> Option<Mover> {
         let learning = self.0.get(who)?;
         if learning.trunks < LEAST_TRUNKS {
             return None;
         }
         let body = learning.learner.body();
-        let solver = Solver::new(&body, Config::default());
+        let solver = Solver::new(&body, config.clone());
         Some(Mover {
             solver,
             since: None,
@@ -63,14 +66,31 @@ impl Mover {
     }
 
     /// The pose at `time`, which is later than the last one's; `None` until a trunk has been seen.
-    pub(crate) fn pose(&mut self, time: Timestamp, skeleton: &Skeleton<Room>) -> Option<RigPose> {
+    pub(crate) fn pose(&mut self, time: Timestamp, person: &Person) -> Option<RigPose> {
         let track = Track {
             id: TrackId(0),
             since: *self.since.get_or_insert(time),
             sensors: SensorSet::EMPTY,
-            skeleton: skeleton.clone(),
-            hands: [None; 2],
+            skeleton: person.skeleton.clone(),
+            hands: person.hands,
         };
         Some(self.solver.step(&track, time)?.pose)
+    }
+}
+
+/// Whether a person's hands are open or closed, frame after frame, for tables: with or without a rig.
+pub(crate) struct Hands([HandFilter; 2]);
+
+impl Hands {
+    pub(crate) fn new(config: &HandsConfig) -> Self {
+        Self([0, 1].map(|_| HandFilter::new(config.clone())))
+    }
+
+    /// The left and the right hand at `time`; `None` while nothing was said of it.
+    pub(crate) fn step(&mut self, time: Timestamp, person: &Person) -> [Option<HandState>; 2] {
+        for (hand, votes) in self.0.iter_mut().zip(&person.hands) {
+            hand.take(votes.as_ref(), time);
+        }
+        [0, 1].map(|side| self.0[side].state())
     }
 }

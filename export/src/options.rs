@@ -4,6 +4,7 @@ use crate::axes::{Axes, Space, Unit};
 use crate::format::Format;
 use crate::preset::Preset;
 use crate::{ExportError, Names, Result, Source};
+use posefuse_kinematics::Config;
 
 /// What is to be exported, and how. What is `None` follows the preset, then the format's custom.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +36,8 @@ pub struct Options {
     /// Whether every file goes from the first person's first frame to the last one's last, so that several files of a take
     /// line up; otherwise each person's file is as long as they were there.
     pub whole: bool,
+    /// How rigs are moved, and hands are told open from closed.
+    pub bodies: Config,
 }
 
 impl Default for Options {
@@ -53,6 +56,7 @@ impl Default for Options {
             unit: None,
             names: None,
             whole: false,
+            bodies: Config::default(),
         }
     }
 }
@@ -117,6 +121,9 @@ impl Options {
     /// [`ExportError::Option`], which says what to write instead.
     pub fn check(&self) -> Result<()> {
         let refuse = |message: String| Err(ExportError::Option(message));
+        if let Err(error) = self.bodies.validate() {
+            return refuse(format!("bodies: {error}"));
+        }
         let formats = self.formats();
         if formats.is_empty() {
             return refuse(

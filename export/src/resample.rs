@@ -6,12 +6,14 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::Vector3;
-use posefuse_skeleton::{Confidence, Joint, JointState, Position, Room, Skeleton, Timestamp};
+use posefuse_skeleton::{
+    Confidence, HandVotes, Joint, JointState, Position, Room, Skeleton, Timestamp,
+};
 
 use crate::Who;
-use crate::source::Seen;
+use crate::source::{Person, Seen};
 
-type Sample = (Timestamp, Skeleton<Room>);
+type Sample = (Timestamp, Person);
 
 /// The last frames of everybody, to interpolate in.
 pub(crate) struct Resampler {
@@ -38,17 +40,17 @@ impl Resampler {
         if seen.time < self.oldest {
             return;
         }
-        for (who, skeleton) in seen.people {
+        for (who, person) in seen.people {
             let series = self.series.entry(who).or_default();
             if series.back().is_none_or(|(last, _)| *last < seen.time) {
-                series.push_back((seen.time, skeleton));
+                series.push_back((seen.time, person));
             }
         }
     }
 
     /// Everybody at `time`, in order: frames up to the gap bound later must have been pushed. Times must not go back:
     /// what lies too far behind is forgotten.
-    pub(crate) fn at(&mut self, time: Timestamp) -> Vec<(Who, Skeleton<Room>)> {
+    pub(crate) fn at(&mut self, time: Timestamp) -> Vec<(Who, Person)> {
         let oldest = oldest(time, self.max_gap_ns);
         self.oldest = oldest;
         self.series.retain(|_, series| {
@@ -59,9 +61,18 @@ impl Resampler {
         });
         let person = |(who, series): (&Who, &VecDeque<Sample>)| {
             let skeleton = self.skeleton(series, time);
-            (!skeleton.is_empty()).then(|| (who.clone(), skeleton))
+            let hands = self.hands(series, time);
+            (!skeleton.is_empty()).then(|| (who.clone(), Person { skeleton, hands }))
         };
         self.series.iter().filter_map(person).collect()
+    }
+
+    /// What is said of the hands in the last sample up to `time`.
+    fn hands(&self, series: &VecDeque<Sample>, time: Timestamp) -> [Option<HandVotes>; 2] {
+        let later = series.partition_point(|(at, _)| *at <= time);
+        let sample = later.checked_sub(1).and_then(|last| series.get(last));
+        let fresh = sample.filter(|(at, _)| time.since_ns(*at) <= self.max_gap_ns);
+        fresh.map_or([None; 2], |(_, person)| person.hands)
     }
 
     fn skeleton(&self, series: &VecDeque<Sample>, time: Timestamp) -> Skeleton<Room> {
@@ -126,7 +137,7 @@ fn measured<'a>(
     samples: impl Iterator<Item = &'a Sample>,
     joint: Joint,
 ) -> impl Iterator<Item = (Timestamp, &'a JointState<Room>)> {
-    samples.filter_map(move |(time, skeleton)| Some((*time, skeleton[joint].as_ref()?)))
+    samples.filter_map(move |(time, person)| Some((*time, person.skeleton[joint].as_ref()?)))
 }
 
 /// A place that the curve goes through.
@@ -179,17 +190,20 @@ mod tests {
             time: Timestamp::from_seconds(seconds),
             people: vec![(
                 WHO,
-                joints
-                    .iter()
-                    .map(|(joint, x)| (*joint, state(*x)))
-                    .collect(),
+                Person {
+                    skeleton: joints
+                        .iter()
+                        .map(|(joint, x)| (*joint, state(*x)))
+                        .collect(),
+                    hands: [None; 2],
+                },
             )],
         }
     }
 
     fn x(resampler: &mut Resampler, seconds: f64, joint: Joint) -> Option<f64> {
         let people = resampler.at(Timestamp::from_seconds(seconds));
-        Some(people.first()?.1.position(joint)?.vector().x)
+        Some(people.first()?.1.skeleton.position(joint)?.vector().x)
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 use posefuse_session::TakeReader;
 use posefuse_skeleton::Timestamp;
 
-use crate::body::{Learners, Mover};
+use crate::body::{Hands, Learners, Mover};
 use crate::draft::Draft;
 use crate::plan::Plan;
 use crate::report::{Report, Tally, tallies};
@@ -57,7 +57,10 @@ pub fn export(
         }
     };
     let plan = Plan::of(take, options, &mut learn, progress)?;
-    let movers = plan.people.iter().map(|person| learners.mover(&person.who));
+    let movers = plan
+        .people
+        .iter()
+        .map(|person| learners.mover(&person.who, &options.bodies));
     let movers: Vec<Option<Mover>> = movers.collect();
     drop(learners);
     let rigs: Vec<_> = movers
@@ -85,6 +88,11 @@ pub fn export(
     let mut writing = Writing {
         plan: &plan,
         options,
+        hands: plan
+            .people
+            .iter()
+            .map(|_| Hands::new(&options.bodies.hands))
+            .collect(),
         movers,
         files,
         people: tallies(&plan),
@@ -115,6 +123,7 @@ struct Writing<'a> {
     plan: &'a Plan,
     options: &'a Options,
     movers: Vec<Option<Mover>>,
+    hands: Vec<Hands>,
     files: Vec<Draft<'a>>,
     people: Vec<Tally>,
 }
@@ -169,7 +178,7 @@ impl Writing<'_> {
     fn write(&mut self, frame: u64, resampler: &mut Resampler) -> Result<()> {
         let time = self.plan.grid.time(frame);
         let mut people = Vec::new();
-        for (who, skeleton) in resampler.at(time) {
+        for (who, seen) in resampler.at(time) {
             let Some(person) = self.person(&who) else {
                 continue;
             };
@@ -177,12 +186,17 @@ impl Writing<'_> {
             if !(presence.first..=presence.last).contains(&frame) {
                 continue;
             }
-            self.people[person].count(skeleton.len());
+            self.people[person].count(seen.skeleton.len());
             let mover = self.movers[person].as_mut();
-            let pose = mover.and_then(|mover| mover.pose(time, &skeleton));
+            let pose = mover.and_then(|mover| mover.pose(time, &seen));
+            let hands = match self.options.bodies.hands.enabled {
+                true => self.hands[person].step(time, &seen),
+                false => [None; 2],
+            };
             people.push(Figure {
                 person,
-                skeleton,
+                skeleton: seen.skeleton,
+                hands,
                 pose,
             });
         }

@@ -74,9 +74,9 @@ impl Scan {
             let Some(Seen { time, people }) = seen? else {
                 continue;
             };
-            for (who, skeleton) in people {
+            for (who, person) in people {
                 // A body is learned from the whole take: a person has the same rig in every span.
-                learn(&who, &skeleton);
+                learn(&who, &person.skeleton);
                 scan.add(who, time, margin.contains(&time));
             }
         }

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use posefuse_session::{ClockSample, Input, TakeReader, Topic, Truth};
 use posefuse_skeleton::{
-    Body, Calibration, Confidence, Joint, JointState, Observation, Position, Provenance, Room,
-    RoomFrame, SensorId, SensorPose, SensorSet, Skeleton, Timestamp,
+    Body, Calibration, Confidence, HandVotes, Joint, JointState, Observation, Position, Provenance,
+    Room, RoomFrame, SensorId, SensorPose, SensorSet, Skeleton, Timestamp,
 };
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +32,15 @@ choices! {
 pub(crate) struct Seen {
     /// When the light was caught.
     pub(crate) time: Timestamp,
-    pub(crate) people: Vec<(Who, Skeleton<Room>)>,
+    pub(crate) people: Vec<(Who, Person)>,
+}
+
+/// What is seen of one person.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Person {
+    pub(crate) skeleton: Skeleton<Room>,
+    /// What is said of the left and the right hand.
+    pub(crate) hands: [Option<HandVotes>; 2],
 }
 
 impl Source {
@@ -75,7 +83,10 @@ impl Source {
 }
 
 fn fused(frame: RoomFrame) -> Seen {
-    let person = |track: posefuse_skeleton::Track| (Who::Person(track.id), track.skeleton);
+    let person = |track: posefuse_skeleton::Track| {
+        let (skeleton, hands) = (track.skeleton, track.hands);
+        (Who::Person(track.id), Person { skeleton, hands })
+    };
     Seen {
         time: frame.time,
         people: frame.tracks.into_iter().map(person).collect(),
@@ -93,7 +104,11 @@ fn true_people(truth: Truth) -> Seen {
         let joints = Joint::ALL
             .into_iter()
             .zip(person.joints.iter().map(certain));
-        (Who::True(person.id), joints.collect())
+        let person_seen = Person {
+            skeleton: joints.collect(),
+            hands: [None; 2],
+        };
+        (Who::True(person.id), person_seen)
     };
     Seen {
         time: truth.time,
@@ -152,6 +167,7 @@ impl Sensors {
         for Body {
             tracking_id,
             skeleton,
+            hands_closed,
             ..
         } in &observation.bodies
         {
@@ -165,7 +181,12 @@ impl Sensors {
                 });
             let sensor = name.clone();
             let who = Who::Body { sensor, number };
-            people.push((who, skeleton.transformed(&room_from_sensor)));
+            let vote = |closed: Confidence| HandVotes { closed, sensors: 1 };
+            let person = Person {
+                skeleton: skeleton.transformed(&room_from_sensor),
+                hands: hands_closed.map(|closed| closed.map(vote)),
+            };
+            people.push((who, person));
         }
         Some(Seen {
             time: captured.plus_ns(offset_ns),

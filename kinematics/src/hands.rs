@@ -4,7 +4,7 @@
 //! is right with a known share. Successive frames of one sensor repeat the same mistake, so of many votes in a short time
 //! only as much counts as is news.
 
-use posefuse_skeleton::{Confidence, Timestamp};
+use posefuse_skeleton::{Confidence, HandVotes, Timestamp};
 
 use crate::config::HandsConfig;
 
@@ -24,6 +24,8 @@ pub struct HandFilter {
     last: Option<(Timestamp, HandState)>,
 }
 
+/// More sensors than this see no hand at once that differ in what they see.
+const MOST_VOTES: usize = 8;
 /// Nothing is ever surer than this.
 const SUREST: f64 = 0.999;
 /// Of the first vote, seconds since the one before.
@@ -40,12 +42,23 @@ impl HandFilter {
         self.last.map(|(_, state)| state)
     }
 
+    /// Takes in what a fused person's frame says of the hand.
+    pub fn take(&mut self, votes: Option<&HandVotes>, at: Timestamp) {
+        match votes {
+            Some(votes) => {
+                let many = usize::from(votes.sensors).min(MOST_VOTES);
+                self.vote(&[votes.closed; MOST_VOTES][..many], at);
+            }
+            None => self.vote(&[], at),
+        }
+    }
+
     /// Takes in what sensors say at `at`: of each the probability that the hand is closed. Times must not go back; a vote
     /// from before the last one counts as one of the same time.
     ///
     /// ```
     /// use posefuse_kinematics::{HandFilter, HandsConfig};
-    /// use posefuse_skeleton::{Confidence, Timestamp};
+    /// use posefuse_skeleton::{Confidence, HandVotes, Timestamp};
     ///
     /// let mut hand = HandFilter::new(HandsConfig::default());
     /// for frame in 0..30 {

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
-use clap::Args;
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
 use posefuse_export::{
     Axes, Format, Names, Options, PersonReport, Phase, Preset, Progress, Report, Source, Unit,
 };
+use posefuse_fusion::parse_toml;
+use posefuse_kinematics::{Config, LookAt};
 use posefuse_session::{Catalogue, DiskStorage, TakeState};
 use serde::Serialize;
 
@@ -62,6 +64,13 @@ pub(crate) struct ExportArgs {
     /// What bones are called: humanoid, motionbuilder, mixamo, unreal or kinect [default: the tool's]
     #[arg(long, value_name = "NAMES")]
     names: Option<Names>,
+    /// How rigs are moved: a TOML file with keys of `[fit]`, `[limits]`, `[feet]`, `[look]`, `[hands]` and so on; `docs/KINEMATICS.md`
+    /// says what they are
+    #[arg(long, value_name = "FILE.toml")]
+    bodies: Option<PathBuf>,
+    /// Where heads look: off, hands, near, far or auto [default: as --bodies says, else off]
+    #[arg(long, value_name = "WHERE")]
+    look: Option<Look>,
     /// Let every file go from the first person's first frame to the last one's last, so that several people line up
     #[arg(long)]
     whole: bool,
@@ -75,6 +84,33 @@ pub(crate) struct ExportArgs {
     takes: TakesFolder,
 }
 
+/// Where heads look.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Look {
+    /// As the chest does.
+    Off,
+    /// At the hands.
+    Hands,
+    /// One step ahead, on the floor.
+    Near,
+    /// Far ahead.
+    Far,
+    /// At raised hands, near where the person stands, far where they walk.
+    Auto,
+}
+
+impl From<Look> for LookAt {
+    fn from(look: Look) -> Self {
+        match look {
+            Look::Off => Self::Off,
+            Look::Hands => Self::Hands,
+            Look::Near => Self::Near,
+            Look::Far => Self::Far,
+            Look::Auto => Self::Auto,
+        }
+    }
+}
+
 /// What `--json` prints for each take.
 #[derive(Serialize)]
 #[serde(untagged)]
@@ -84,7 +120,7 @@ enum TakeExport {
 }
 
 pub(crate) fn run(args: &ExportArgs, global: &Global) -> anyhow::Result<Outcome> {
-    let options = args.options();
+    let options = args.options()?;
     options.check().map_err(usage)?;
     let takes = args.located()?;
     no_name_twice(&takes)?;
@@ -123,9 +159,10 @@ pub(crate) fn run(args: &ExportArgs, global: &Global) -> anyhow::Result<Outcome>
 }
 
 impl ExportArgs {
-    fn options(&self) -> Options {
+    fn options(&self) -> anyhow::Result<Options> {
         let usual = self.preset.map(Options::of_preset).unwrap_or_default();
-        Options {
+        Ok(Options {
+            bodies: self.bodies()?,
             formats: self.format.clone(),
             source: self.source,
             people: self.person.clone(),
@@ -139,7 +176,25 @@ impl ExportArgs {
             names: self.names,
             whole: self.whole,
             ..usual
+        })
+    }
+
+    fn bodies(&self) -> anyhow::Result<Config> {
+        let mut bodies = match &self.bodies {
+            Some(file) => {
+                let shown = file.display();
+                let text = std::fs::read_to_string(file).with_context(|| format!("`{shown}`"))?;
+                let refused = |error: String| usage(format!("the bodies in `{shown}`: {error}"));
+                let bodies: Config = parse_toml(&text).map_err(|e| refused(e.to_string()))?;
+                bodies.validate().map_err(|e| refused(e.to_string()))?;
+                bodies
+            }
+            None => Config::default(),
+        };
+        if let Some(look) = self.look {
+            bodies.look.at = look.into();
         }
+        Ok(bodies)
     }
 
     /// Every take that was named, those of folders in order of their names.

@@ -1,7 +1,8 @@
 //! Tables of joints, RFC 4180: wide (a row for each person and frame) or tidy (a row for each joint).
 //!
 //! A joint that is missing has empty cells in a wide table and no row in a tidy one. `time_s` counts from the take's start,
-//! `unix_ns` from 1970; `timecode` is the room's, empty in takes that have none.
+//! `unix_ns` from 1970; `timecode` is the room's, empty in takes that have none. Hands are
+//! `open` or `closed`, or empty while no sensor has said anything of them.
 
 use std::io::{self, Write};
 
@@ -34,11 +35,12 @@ impl<'a> Csv<'a> {
                     }
                     write!(out, ",{joint}_confidence")?;
                 }
+                write!(out, ",hand_left,hand_right")?;
             }
             Layout::Tidy => {
                 write!(
                     out,
-                    ",joint,x_{unit},y_{unit},z_{unit},sigma_{unit},confidence,provenance"
+                    ",joint,x_{unit},y_{unit},z_{unit},sigma_{unit},confidence,provenance,hand"
                 )?;
             }
         }
@@ -76,7 +78,7 @@ impl<'a> Csv<'a> {
                 None => write!(self.out, ",,,,")?,
             }
         }
-        writeln!(self.out)
+        writeln!(self.out, ",{},{}", figure.hand(0), figure.hand(1))
     }
 
     fn tidy(&mut self, frame: u64, figure: &Figure) -> io::Result<()> {
@@ -87,7 +89,8 @@ impl<'a> Csv<'a> {
             self.place(state)?;
             let (sigma, decimals) = (state.sigma_m() * unit.per_metre(), unit.decimals());
             let (trust, how) = (state.confidence.get(), provenance(state.provenance));
-            writeln!(self.out, ",{sigma:.decimals$},{trust:.3},{how}")?;
+            let hand = figure.hand_of(joint);
+            writeln!(self.out, ",{sigma:.decimals$},{trust:.3},{how},{hand}")?;
         }
         Ok(())
     }

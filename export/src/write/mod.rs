@@ -14,8 +14,8 @@ mod tree;
 use std::fs::File;
 use std::io::{self, BufWriter};
 
-use posefuse_kinematics::{Rig, RigPose};
-use posefuse_skeleton::{Room, Skeleton};
+use posefuse_kinematics::{HandState, Rig, RigPose};
+use posefuse_skeleton::{Joint, Room, Skeleton};
 
 use crate::axes::Space;
 use crate::format::Format;
@@ -31,8 +31,30 @@ pub(crate) struct Figure {
     pub(crate) person: usize,
     /// What was measured; joints of gaps are missing.
     pub(crate) skeleton: Skeleton<Room>,
+    /// Whether the left and the right hand is closed; `None` while nobody said anything of it.
+    pub(crate) hands: [Option<HandState>; 2],
     /// The same as a pose of the person's rig, where one is asked for.
     pub(crate) pose: Option<RigPose>,
+}
+
+impl Figure {
+    /// The state of the hand (0 left, 1 right) in a word; empty while nothing is known of it.
+    fn hand(&self, side: usize) -> &'static str {
+        match self.hands[side] {
+            Some(HandState { closed: true, .. }) => "closed",
+            Some(_) => "open",
+            None => "",
+        }
+    }
+
+    /// The same for the joint of a hand; empty for all others.
+    fn hand_of(&self, joint: Joint) -> &'static str {
+        match joint {
+            Joint::HandLeft => self.hand(0),
+            Joint::HandRight => self.hand(1),
+            _ => "",
+        }
+    }
 }
 
 /// Everybody at one instant.

@@ -61,7 +61,7 @@ fn a_tidy_table_for_unreal_is_left_handed_and_in_centimetres() {
     let exported = Exported::of(&take, &options);
     let text = exported.text("walk.tidy.csv");
     assert!(text.starts_with(
-        "frame,time_s,unix_ns,timecode,person,joint,x_cm,y_cm,z_cm,sigma_cm,confidence,provenance\n"
+        "frame,time_s,unix_ns,timecode,person,joint,x_cm,y_cm,z_cm,sigma_cm,confidence,provenance,hand\n"
     ));
     let sent = skeletons(&take, FIRST);
     let mut rows = 0;

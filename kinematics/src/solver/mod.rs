@@ -78,8 +78,6 @@ const ELAPSED_S: (f64, f64) = (1.0 / 240.0, 0.2);
 const FIRST_ITERATIONS: usize = 30;
 /// A joint this far from where it was fused, metres, may be one that the fit cannot reach from the frame before.
 const LOST_M: f64 = 0.08;
-/// More sensors than this see no hand at once that differ in what they see.
-const MOST_VOTES: usize = 8;
 /// Another beginning is better where what it leads to costs less than this share of what the usual one does: bodies that change
 /// their mind jump.
 const BETTER: f64 = 0.7;
@@ -134,13 +132,7 @@ impl Solver {
     fn vote(&mut self, hands: &[Option<HandVotes>; 2], at: Timestamp) {
         if self.config.hands.enabled {
             for (hand, votes) in self.hands.iter_mut().zip(hands) {
-                match votes {
-                    Some(votes) => {
-                        let many = usize::from(votes.sensors).min(MOST_VOTES);
-                        hand.vote(&[votes.closed; MOST_VOTES][..many], at);
-                    }
-                    None => hand.vote(&[], at),
-                }
+                hand.take(votes.as_ref(), at);
             }
         }
     }

@@ -48,6 +48,7 @@ impl<'a> Parquet<'a> {
             Column::floats(format!("sigma_{unit}")),
             Column::floats("confidence"),
             Column::repeating("provenance", Kind::Text),
+            Column::repeating("hand", Kind::Text),
         ];
         let offset = MAGIC.len() as u64;
         Ok(Self {
@@ -61,7 +62,13 @@ impl<'a> Parquet<'a> {
         })
     }
 
-    fn row(&mut self, frame: u64, who: &str, joint: Joint, state: &JointState<Room>) {
+    fn row(
+        &mut self,
+        frame: u64,
+        who: &str,
+        (joint, hand): (Joint, &str),
+        state: &JointState<Room>,
+    ) {
         let plan = self.sheet.plan;
         let at = self.sheet.space.vector(state.position.vector());
         let sigma = state.sigma_m() * self.sheet.space.unit.per_metre();
@@ -77,6 +84,7 @@ impl<'a> Parquet<'a> {
             sigmas,
             trusts,
             hows,
+            hands,
         ] = &mut self.columns[..]
         else {
             return;
@@ -91,6 +99,7 @@ impl<'a> Parquet<'a> {
         }
         trusts.push_float(state.confidence.get());
         hows.push(Value::Text(provenance(state.provenance)));
+        hands.push(Value::Text(hand));
         self.rows += 1;
     }
 
@@ -138,7 +147,8 @@ impl Sink for Parquet<'_> {
         for figure in &moment.people {
             let who = self.sheet.plan.people[figure.person].who.to_string();
             for (joint, state) in figure.skeleton.iter() {
-                self.row(moment.frame, &who, joint, state);
+                let hand = figure.hand_of(joint);
+                self.row(moment.frame, &who, (joint, hand), state);
             }
         }
         match self.rows >= GROUP_ROWS {
