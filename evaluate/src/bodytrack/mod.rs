@@ -4,6 +4,7 @@
 //! A person is to be found in an image if at least [`LEAST_PIXELS`] of theirs are measured (of an image 320 wide). Joints outside of the image do not
 //! count; a joint is visible if its own surface is seen ([`DepthView::sees`]).
 
+mod hands;
 mod rows;
 mod tally;
 pub mod together;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use posefuse_bodytrack::{BodyTracker, Step, TrackedBody, TrackerConfig, TrackerError};
-use posefuse_simulator::depth::{DepthCamera, DepthView};
+use posefuse_simulator::depth::{DepthCamera, DepthView, hands_closed};
 use posefuse_simulator::motion::Clip;
 use posefuse_simulator::{Scenario, Situation, World, WorldError};
 use posefuse_skeleton::{Joint, Position, Sensor};
@@ -23,7 +24,10 @@ use thiserror::Error;
 use crate::parallel::in_parallel;
 use tally::{Pose, RIGHT_M, sides_are_right, torso, towards_sensor};
 
-pub use rows::{kinds as kind_rows, reliability as reliability_rows, speed as speed_rows};
+pub use hands::{HandKind, Votes};
+pub use rows::{
+    hands as hand_rows, kinds as kind_rows, reliability as reliability_rows, speed as speed_rows,
+};
 pub use tally::{Distances, Kind, Reliability, Said};
 
 /// See above.
@@ -90,6 +94,8 @@ pub struct BodytrackReport {
     pub followed_s: f64,
     /// Of all joints in the image.
     pub reliability: Reliability,
+    /// Of all votes on hands: of being closed.
+    pub hands: Reliability,
     /// By people in the room: ms per image and step, all of them.
     #[serde(skip)]
     pub times: BTreeMap<usize, Vec<[f64; Step::ALL.len()]>>,
@@ -223,8 +229,14 @@ impl BodytrackReport {
                 let before = ids.insert(person.id, body.id);
                 self.id_changes += u64::from(before.is_some_and(|before| before != body.id));
                 kind.sides_right = u64::from(sides_are_right(body, &truth));
-                self.joints(&mut kind, body, &truth, |joint, at| {
+                let sees = |joint: Joint, at: &Position<Sensor>| {
                     view.sees(&camera.intrinsics, number, joint, at)
+                };
+                self.joints(&mut kind, body, &truth, sees);
+                let (seed, index) = (room.world.scenario().seed, person.id as usize - 1);
+                let closed = hands_closed(seed, index, seconds);
+                hands::count(&mut kind, &mut self.hands, body, closed, |joint| {
+                    sees(joint, &truth[joint]?)
                 });
             }
             for name in kinds(room.people, &truth, &up) {
@@ -269,6 +281,7 @@ impl BodytrackReport {
         self.id_changes += other.id_changes;
         self.followed_s += other.followed_s;
         self.reliability.merge(&other.reliability);
+        self.hands.merge(&other.hands);
         for (people, times) in other.times {
             self.times.entry(people).or_default().extend(times);
         }

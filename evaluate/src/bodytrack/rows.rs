@@ -2,7 +2,7 @@
 
 use posefuse_bodytrack::Step;
 
-use super::{BodytrackReport, Kind};
+use super::{BodytrackReport, Kind, Reliability};
 
 fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or("-".to_owned(), |value| format!("{value:.digits$}"))
@@ -39,12 +39,40 @@ pub fn kinds(report: &BodytrackReport) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// What confidences said and what was right, step by step.
-pub fn reliability(report: &BodytrackReport) -> Vec<Vec<String>> {
-    let heading = ["confidence", "joints", "right %"]
-        .map(str::to_owned)
-        .to_vec();
-    let said = report.reliability.0.iter().filter(|said| said.joints > 0);
+/// Votes on hands, by the same kinds; the first row is the heading.
+pub fn hands(report: &BodytrackReport) -> Vec<Vec<String>> {
+    let heading = [
+        "",
+        "hands in sight",
+        "voted %",
+        "votes right %",
+        "hidden hands",
+        "voted %",
+        "votes right %",
+    ];
+    let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share), 1);
+    let row = |(name, kind): (&String, &Kind)| {
+        let votes = [kind.hands.seen, kind.hands.hidden].map(|votes| {
+            [
+                votes.hands.to_string(),
+                percent(votes.voted_share()),
+                percent(votes.right_share()),
+            ]
+        });
+        std::iter::once(name.clone())
+            .chain(votes.into_iter().flatten())
+            .collect()
+    };
+    let rows = report.kinds.iter().map(row);
+    std::iter::once(heading.map(str::to_owned).to_vec())
+        .chain(rows)
+        .collect()
+}
+
+/// What probabilities said and what was true, step by step; `heading`: what they are called, what they are about, what was true.
+pub fn reliability(reliability: &Reliability, heading: [&str; 3]) -> Vec<Vec<String>> {
+    let heading = heading.map(str::to_owned).to_vec();
+    let said = reliability.0.iter().filter(|said| said.joints > 0);
     let rows = said.map(|said| {
         let joints = said.joints as f64;
         vec![

@@ -5,6 +5,8 @@ use posefuse_bodytrack::TrackedBody;
 use posefuse_skeleton::{Joint, JointMap, Position, SIDE_PAIRS, Sensor};
 use serde::Serialize;
 
+use super::hands::HandKind;
+
 /// A joint nearer to the truth than this is right, metres.
 pub(super) const RIGHT_M: f64 = 0.10;
 /// Steps of confidence.
@@ -58,6 +60,8 @@ pub struct Kind {
     pub found: u64,
     /// Bodies with left and right the right way round.
     pub sides_right: u64,
+    /// Their hands, open or closed.
+    pub hands: HandKind,
 }
 
 impl Kind {
@@ -84,6 +88,7 @@ impl Kind {
         self.people += other.people;
         self.found += other.found;
         self.sides_right += other.sides_right;
+        self.hands.merge(&other.hands);
     }
 }
 

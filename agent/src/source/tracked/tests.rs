@@ -61,6 +61,47 @@ fn a_device_that_is_quicker_than_the_tracker_loses_images_and_none_comes_late() 
     assert_eq!(skipped + seen.len() as u64, 5);
 }
 
+/// A camera that gives an image every `every_ms` of a made-up time and a tracker that takes `busy_ms` for each; gives the delay
+/// from the light to the skeleton of each image that was tracked, and how many were not.
+fn in_made_up_time(every_ms: i64, busy_ms: i64, until_ms: i64) -> (Vec<i64>, u64) {
+    let (slot, skipped) = (Slot::default(), AtomicU64::new(0));
+    let camera = Intrinsics::from_view(160, 120, 1.0, 0.75);
+    let (mut now, mut next, mut delays) = (0, 0, Vec::new());
+    while now < until_ms {
+        // What the camera gave while the tracker was busy; or the tracker waits for what comes.
+        loop {
+            let waits = slot.lock().newest.is_none();
+            if next > now && !waits {
+                break;
+            }
+            now = now.max(next);
+            slot.put(frame(next).map(Some), camera, &skipped);
+            next += every_ms;
+        }
+        let taken = slot.take().unwrap().unwrap();
+        now += busy_ms;
+        delays.push(now - taken.frame.captured.ns());
+    }
+    (delays, skipped.into_inner())
+}
+
+#[test]
+fn a_tracker_that_is_too_slow_gives_fewer_skeletons_and_none_of_them_later() {
+    let (quick, none) = in_made_up_time(33, 20, 60_000);
+    assert_eq!((none, quick.len()), (0, 60_000 / 33 + 1));
+    assert!(quick.iter().all(|delay| *delay == 20));
+    for busy_ms in [40, 100, 330] {
+        let (delays, skipped) = in_made_up_time(33, busy_ms, 60_000);
+        let worst = delays.iter().max().unwrap();
+        assert!(*worst <= busy_ms + 33, "{worst} ms at {busy_ms}");
+        // It is never idle either: as many as there is time for.
+        let most = 60_000 / busy_ms + 1;
+        assert!(delays.len() as i64 >= most - 1, "{}", delays.len());
+        let given = delays.len() as u64 + skipped;
+        assert!(given.abs_diff(60_000 / 33) <= 330 / 33 + 1, "{given}");
+    }
+}
+
 #[test]
 fn a_file_is_tracked_image_by_image() {
     let (sender, source) = handed(true);

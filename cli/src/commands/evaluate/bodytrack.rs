@@ -9,10 +9,11 @@ use posefuse_agent::source::SimOptics;
 use posefuse_bodytrack::TrackerConfig;
 use posefuse_evaluate::bodytrack::together::{Together, TogetherReport};
 use posefuse_evaluate::bodytrack::{
-    BodytrackReport, Trials, kind_rows, reliability_rows, speed_rows,
+    BodytrackReport, Trials, hand_rows, kind_rows, reliability_rows, speed_rows,
 };
 use posefuse_evaluate::preset;
 use posefuse_evaluate::repair::Split;
+use posefuse_simulator::depth::DepthCamera;
 use posefuse_simulator::motion::Clip;
 use posefuse_simulator::{Scenario, Situation, World, load};
 use serde::Serialize;
@@ -67,9 +68,11 @@ pub(super) struct BodytrackArgs {
 /// Kinds of simulated depth cameras.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum CameraArg {
-    /// Kinect v1 and its like.
+    /// Kinect v1 and its like: 320 x 240.
     #[default]
     StructuredLight,
+    /// The same with 640 x 480.
+    StructuredLightVga,
     /// Kinect v2 and its like.
     TimeOfFlight,
 }
@@ -113,9 +116,10 @@ pub(super) fn run(args: &BodytrackArgs, global: &Global) -> anyhow::Result<Outco
 
 impl BodytrackArgs {
     fn trials(&self) -> anyhow::Result<Trials> {
-        let optics = match self.camera {
-            CameraArg::StructuredLight => SimOptics::StructuredLight,
-            CameraArg::TimeOfFlight => SimOptics::TimeOfFlight,
+        let camera = match self.camera {
+            CameraArg::StructuredLight => SimOptics::StructuredLight.camera(),
+            CameraArg::StructuredLightVga => DepthCamera::structured_light(640, 480),
+            CameraArg::TimeOfFlight => SimOptics::TimeOfFlight.camera(),
         };
         let clips = self.motion.as_deref().map(held_out).transpose()?;
         Ok(Trials {
@@ -125,7 +129,7 @@ impl BodytrackArgs {
             clips: clips.unwrap_or_default(),
             seconds: self.seconds,
             skip_s: self.skip,
-            camera: optics.camera(),
+            camera,
             tracker: TrackerConfig {
                 network: self.network.clone(),
                 ..TrackerConfig::default()
@@ -185,7 +189,7 @@ fn show(report: &BodytrackReport) -> anyhow::Result<()> {
     ))?;
     headed(
         "Confidence against what was right",
-        &reliability_rows(report),
+        &reliability_rows(&report.reliability, ["confidence", "joints", "right %"]),
     )?;
     if let (Some(gap), Some([intercept, slope])) =
         (report.reliability.gap(), report.reliability.correction())
@@ -193,6 +197,14 @@ fn show(report: &BodytrackReport) -> anyhow::Result<()> {
         line(format!(
             "mean gap {gap:.3}; logits would be right by {intercept:+.2} and a factor of {slope:.2}"
         ))?;
+    }
+    headed("Hands: open or closed", &hand_rows(report))?;
+    headed(
+        "Probability of a closed hand against what was true",
+        &reliability_rows(&report.hands, ["said", "votes", "closed %"]),
+    )?;
+    if let Some(gap) = report.hands.gap() {
+        line(format!("mean gap {gap:.3}"))?;
     }
     headed("Time per image", &speed_rows(report))
 }
