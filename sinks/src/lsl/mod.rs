@@ -139,7 +139,7 @@ async fn send(settings: Settings, frames: Frames, meter: Arc<Meter>) -> Result<(
     }
 }
 
-/// The open streams. Closing them waits for liblsl's threads, so that has a thread of its own.
+/// The open streams. Closing them waits for liblsl's threads, which is no work for a task; the program's end waits for it.
 struct Streams {
     library: Arc<Lsl>,
     outlets: Vec<Outlet>,
@@ -170,9 +170,8 @@ impl Streams {
 impl Drop for Streams {
     fn drop(&mut self) {
         let outlets = std::mem::take(&mut self.outlets);
-        let closing = std::thread::Builder::new().name("lsl-close".to_owned());
-        if let Err(error) = closing.spawn(move || drop(outlets)) {
-            tracing::warn!(%error, "no thread to close streams of the Lab Streaming Layer");
+        if let Ok(runtime) = tokio::runtime::Handle::try_current() {
+            runtime.spawn_blocking(move || drop(outlets));
         }
     }
 }

@@ -10,7 +10,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use posefuse_kinematics::Figure;
 use posefuse_simulator::motion::Performance;
 use posefuse_sinks::{Config, SinkState, VmcSettings, VmcTravel};
-use posefuse_skeleton::{Joint, Position, Room};
+use posefuse_skeleton::{Confidence, HandVotes, Joint, Position, Room};
 
 type Q = UnitQuaternion<f64>;
 
@@ -245,4 +245,50 @@ async fn receivers_are_told_when_nothing_comes_any_more_and_when_the_sink_is_swi
     while !is_there(&heard(&mut port).await) {}
     running.sinks.switch("vmc", false).unwrap();
     assert!(!is_there(&heard(&mut port).await), "when switched off");
+}
+
+#[tokio::test]
+async fn fingers_bend_to_the_palm_in_closed_hands() {
+    let [socket] = neighbours::<1>().await;
+    let mut port = VMCSocket::new(socket);
+    let mut config = settings(&port, 1);
+    config.vmc.fingers = true;
+    let mut running = Running::start(&config);
+    let performance = performance();
+    let mut last = Heard::default();
+    for number in 0..45 {
+        let mut shown = frame(&performance, number, &[(1, 0)]);
+        let closed = HandVotes {
+            closed: Confidence::FULL,
+            sensors: 2,
+        };
+        shown.tracks[0].hands = [Some(closed); 2];
+        if !running.show(&shown).await.is_empty() {
+            last = heard(&mut port).await;
+        }
+    }
+    assert_eq!(last.bones.len(), 21 + 2 * 13);
+    // In the T-pose a left hand points to Unity's -x, palm down.
+    for (side, out) in [("Left", -Vector3::x()), ("Right", Vector3::x())] {
+        for finger in ["Index", "Middle", "Ring", "Little"] {
+            let at = |phalanx: &str| last.bones[&format!("{side}{finger}{phalanx}")];
+            let (knuckle, proximal) = at("Proximal");
+            assert!(
+                knuckle.dot(&out) > 0.04,
+                "{side} {finger} begins at {knuckle}"
+            );
+            let (along, intermediate) = at("Intermediate");
+            assert!(along.dot(&out) > 0.01);
+            let middle = proximal * intermediate * out;
+            assert!(proximal * out != out && middle.y < 0.3 && middle.dot(&out) < 0.0);
+            assert!(
+                (proximal * out).y < -0.5,
+                "{side} {finger}: {}",
+                proximal * out
+            );
+        }
+        let across = last.bones[&format!("{side}IndexProximal")].0
+            - last.bones[&format!("{side}LittleProximal")].0;
+        assert!(across.z > 0.02, "the index is on the thumb's side, ahead");
+    }
 }
