@@ -17,7 +17,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("models", &["skeleton", "fusion"]),
     ("kinematics", &["skeleton"]),
     ("export", &["skeleton", "session", "kinematics"]),
-    ("sinks", &["skeleton", "kinematics", "proto"]),
+    ("sinks", &["skeleton", "kinematics", "devices", "proto"]),
     ("bodytrack", &["skeleton", "models"]),
     ("devices", &["skeleton"]),
     ("openni-driver", &["skeleton", "simulator", "devices"]),
