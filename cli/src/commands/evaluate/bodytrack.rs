@@ -50,13 +50,8 @@ pub(super) struct BodytrackArgs {
     #[arg(long, value_name = "FOLDER")]
     motion: Option<PathBuf>,
     /// The manifest of another network
-    #[arg(
-        long,
-        value_name = "NAME.toml",
-        default_value = "",
-        hide_default_value = true
-    )]
-    network: PathBuf,
+    #[arg(long, value_name = "NAME.toml")]
+    network: Option<PathBuf>,
     /// How many rooms with four such sensors are fused; 0: none
     #[arg(long, value_name = "N", default_value = "2", value_parser = values::whole(0u64, 100))]
     fused: u64,
@@ -131,7 +126,7 @@ impl BodytrackArgs {
             skip_s: self.skip,
             camera,
             tracker: TrackerConfig {
-                network: self.network.clone(),
+                network: self.network.clone().unwrap_or_default(),
                 ..TrackerConfig::default()
             },
             threads: self.threads,
