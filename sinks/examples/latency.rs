@@ -160,8 +160,8 @@ fn delays(offered: &[Instant], heard: &[Heard], rate_hz: f64) -> Vec<f64> {
         let end = offered
             .get(index + 1)
             .map_or(*begun + interval, |next| *next);
-        let in_time = heard.iter().filter(|(at, _)| (*begun..end).contains(at));
-        let (last, _) = in_time.last()?;
+        let mut in_time = heard.iter().filter(|(at, _)| (*begun..end).contains(at));
+        let (last, _) = in_time.next_back()?;
         Some(last.duration_since(*begun).as_secs_f64() * 1e6)
     };
     offered.iter().enumerate().filter_map(delay).collect()

@@ -23,18 +23,18 @@ pub enum Axes {
 impl Axes {
     /// Coordinates of the room in these axes.
     pub(crate) fn vector(self, room: Vector3<f64>) -> Vector3<f64> {
-        self.from_room() * room
+        self.axes() * room
     }
 
     /// A rotation of the room's axes as the same rotation of these: x, y, z, w.
     pub(crate) fn rotation(self, room: &UnitQuaternion<f64>) -> [f64; 4] {
-        let axes = self.from_room();
+        let axes = self.axes();
         // What is mirrored turns the other way.
         let axis = axes * room.imag() * axes.determinant();
         [axis.x, axis.y, axis.z, room.w]
     }
 
-    fn from_room(self) -> Matrix3<f64> {
+    fn axes(self) -> Matrix3<f64> {
         let (forward, left, up) = (Vector3::x(), Vector3::y(), Vector3::z());
         let [x, y, z] = match self {
             Self::Room => [forward, left, up],

@@ -1,5 +1,4 @@
 //! A room with simulated people whose sinks are on, and sockets where they send to.
-#![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::net::SocketAddr;
 use std::sync::LazyLock;
