@@ -28,12 +28,13 @@ fn status(refused: tungstenite::Error) -> (u16, String) {
 async fn a_client_gets_everybody_as_they_come_move_and_go() {
     let room = Room::open("websocket", |_| {}).await;
     let mut client = room.client("/?bodies=1").await;
+    let reader = tokio::spawn(async move { texts(&mut client, |m| m["left"] == json!([1])).await });
     room.play(
         |second| if second < 2.0 { vec![0] } else { vec![0, 1] },
         0..90,
     );
     room.play(|_| vec![1], 90..120);
-    let messages = texts(&mut client, |m| m["left"] == json!([1])).await;
+    let messages = reader.await.unwrap();
     let hello = &messages[0];
     assert_eq!(hello["type"], "hello");
     assert_eq!(hello["axes"]["z"], "up");
