@@ -1,11 +1,15 @@
 """Reads TRC files as OpenSim's tools do, and lets its inverse kinematics follow them with a pair of legs made to measure."""
+import contextlib
 import math
 import pathlib
 import tempfile
 
 import numpy as np
-import opensim
 from reading import Readings
+
+# OpenSim writes a log where it is first loaded.
+with contextlib.chdir(tempfile.gettempdir()):
+    import opensim
 
 opensim.Logger.setLevelString("Error")
 #: For each side the sign of OpenSim's Z, which points to the right.

@@ -13,14 +13,22 @@ use super::meters::{Meters, Snapshot};
 use crate::drift::Tap;
 use crate::record::{Preamble, Record, RecorderTap};
 use crate::repair::Requests;
-use crate::room::TimecodeConfig;
-use crate::sinks::{Counters, Subscribers};
+use crate::sinks::Subscribers;
 use crate::{Clock, Threads};
 
 /// Inputs taken from the queue at once.
 const BATCH: usize = 64;
 /// How often a snapshot goes out.
 const PUBLISH_NS: i64 = 100_000_000;
+
+/// Where the fusion thread's results go, besides a recorder and a walk that come and go.
+pub(super) struct Ways {
+    pub(super) subscribers: Subscribers,
+    pub(super) live: posefuse_sinks::Tap,
+    pub(super) tap: Tap,
+    pub(super) repair: Requests,
+    pub(super) publish: watch::Sender<Arc<Snapshot>>,
+}
 
 /// Everything the fusion thread owns.
 pub(super) struct Driver {
@@ -45,27 +53,22 @@ impl Driver {
         mut engine: Engine,
         clock: Arc<dyn Clock>,
         threads: Threads,
-        counters: Arc<Counters>,
-        publish: watch::Sender<Arc<Snapshot>>,
-        tap: Tap,
-        repair: Requests,
-        live: posefuse_sinks::Tap,
-        timecode: TimecodeConfig,
+        ways: Ways,
     ) -> Self {
-        engine.compare_sensors(tap.compares());
+        engine.compare_sensors(ways.tap.compares());
         Self {
             engine,
             next_publish: clock.now(),
             clock,
             threads,
-            subscribers: Subscribers::new(counters, timecode),
+            subscribers: ways.subscribers,
             recorder: None,
             walk: None,
-            tap,
-            repair,
-            live,
+            tap: ways.tap,
+            repair: ways.repair,
+            live: ways.live,
             meters: Meters::default(),
-            publish,
+            publish: ways.publish,
             wake: None,
         }
     }

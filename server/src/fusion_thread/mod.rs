@@ -21,7 +21,7 @@ pub(crate) use refusals::Unused;
 
 use crate::drift::{self, Seen};
 use crate::repair::{self, Meter, Repair};
-use crate::sinks::Counters;
+use crate::sinks::{Counters, Subscribers};
 use crate::{Clock, ServerError, Threads};
 
 /// Requests that may wait between two inputs.
@@ -64,17 +64,14 @@ pub(crate) fn start(
     let model = repair.for_engine();
     first.extend(model.map(|model| Input::RepairModel(Some(model))));
     let (requests, repair) = repair::start(repair, inputs.clone(), clock.clone(), threads)?;
-    let driver = drive::Driver::new(
-        engine,
-        clock,
-        threads,
-        counters.clone(),
-        publish,
-        tap,
-        requests,
+    let ways = drive::Ways {
+        subscribers: Subscribers::new(counters.clone(), config.timecode),
         live,
-        config.timecode,
-    );
+        tap,
+        repair: requests,
+        publish,
+    };
+    let driver = drive::Driver::new(engine, clock, threads, ways);
     let ended = threads.spawn("fusion", driver.drive(first, input_queue, command_queue))?;
     Ok(Fusion {
         inputs,
