@@ -18,7 +18,7 @@ fn said(probability: f32) -> Option<Confidence> {
 }
 
 /// Everybody's left hand is closed: three of four sensors say so with these probabilities, and of the right one nothing.
-fn voted(votes: [f32; 3]) -> (Vec<(Timestamp, Input)>, Vec<(Timestamp, Input)>) {
+fn voted(votes: [f32; 3]) -> [Vec<(Timestamp, Input)>; 2] {
     let scenario = Scenario {
         seed: 4,
         sensors: 4,
@@ -47,7 +47,7 @@ fn voted(votes: [f32; 3]) -> (Vec<(Timestamp, Input)>, Vec<(Timestamp, Input)>) 
             body.hands_closed[side] = votes.get(sensor).and_then(|vote| said(*vote));
         }
     }
-    (silent, loud)
+    [silent, loud]
 }
 
 fn fused(events: Vec<(Timestamp, Input)>) -> Vec<RoomFrame> {
@@ -59,7 +59,7 @@ fn fused(events: Vec<(Timestamp, Input)>) -> Vec<RoomFrame> {
 
 #[test]
 fn votes_are_gathered_and_change_nothing_else() {
-    let (silent, loud) = voted([0.9, 0.8, 0.7]);
+    let [silent, loud] = voted([0.9, 0.8, 0.7]);
     let (silent, loud) = (fused(silent), fused(loud));
     let (mut people, mut left, mut right, mut all) = (0, 0, 0, 0);
     for (without, with) in silent.iter().zip(&loud) {
@@ -87,7 +87,7 @@ fn votes_are_gathered_and_change_nothing_else() {
 
 #[test]
 fn nobody_says_anything_of_hands_and_nothing_is_known() {
-    let (silent, _) = voted([0.0; 3]);
+    let [silent, _] = voted([0.0; 3]);
     let frames = fused(silent);
     assert!(frames.iter().any(|frame| !frame.tracks.is_empty()));
     let mut tracks = frames.iter().flat_map(|frame| &frame.tracks);
