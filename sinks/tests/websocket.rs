@@ -28,7 +28,7 @@ fn status(refused: tungstenite::Error) -> (u16, String) {
 async fn a_client_gets_everybody_as_they_come_move_and_go() {
     let room = Room::open("websocket", |_| {}).await;
     let mut client = room.client("/?bodies=1").await;
-    let reader = tokio::spawn(async move { texts(&mut client, |m| m["left"] == json!([1])).await });
+    let reader = tokio::spawn(async move { texts(&mut client, |m| m["number"] == 119).await });
     room.play(
         |second| if second < 2.0 { vec![0] } else { vec![0, 1] },
         0..90,
