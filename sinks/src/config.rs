@@ -56,9 +56,15 @@ impl Config {
             key: "bodies".to_owned(),
             expected: error.to_string(),
         })?;
-        self.sinks()
-            .iter()
-            .try_for_each(|(_, sink)| sink.check(self.allow_remote))
+        for (_, sink) in self.sinks() {
+            let rate_hz = sink.rate_hz();
+            if !(0.0..=1000.0).contains(&rate_hz) {
+                let expected = format!("frames a second, 0 (every one) to 1000, found {rate_hz}");
+                return Err(SettingsError::of(sink.kind(), "rate_hz", expected));
+            }
+            sink.check(self.allow_remote)?;
+        }
+        Ok(())
     }
 
     /// Each kind's sink, and whether it is on from the start.

@@ -9,7 +9,7 @@ use posefuse_skeleton::RoomFrame;
 use tokio::sync::mpsc;
 
 use crate::queue::FramesIn;
-use crate::{Config, Kind, LiveFrame, Pace};
+use crate::{Config, FramePace, Kind, LiveFrame};
 
 /// Frames that may wait for their bodies; beyond, the newest are lost.
 const WAITING: usize = 8;
@@ -22,20 +22,23 @@ pub(crate) struct Outlets(Arc<Shared>);
 struct Shared {
     open: Mutex<Vec<Outlet>>,
     any: AtomicBool,
+    solved: AtomicU64,
     missed: AtomicU64,
+    /// The hub has ended while frames still come.
+    broken: AtomicBool,
 }
 
 #[derive(Debug)]
 struct Outlet {
     kind: Kind,
     frames: FramesIn,
-    pace: Pace,
+    pace: FramePace,
 }
 
 impl Outlets {
     /// Frames go to this kind from now on.
     pub(crate) fn open(&self, kind: Kind, frames: FramesIn, rate_hz: f64) {
-        let pace = Pace::new(rate_hz);
+        let pace = FramePace::new(rate_hz);
         self.change(|open| open.push(Outlet { kind, frames, pace }));
     }
 
@@ -44,9 +47,13 @@ impl Outlets {
         self.change(|open| open.retain(|outlet| outlet.kind != kind));
     }
 
-    /// Frames that found no place in the hub's own queue.
-    pub(crate) fn missed(&self) -> u64 {
-        self.0.missed.load(Ordering::Relaxed)
+    /// Frames whose bodies were solved, and frames that found no place in the hub's own queue.
+    pub(crate) fn counts(&self) -> [u64; 2] {
+        [&self.0.solved, &self.0.missed].map(|count| count.load(Ordering::Relaxed))
+    }
+
+    pub(crate) fn is_broken(&self) -> bool {
+        self.0.broken.load(Ordering::Relaxed)
     }
 
     fn change(&self, change: impl FnOnce(&mut Vec<Outlet>)) {
@@ -58,7 +65,7 @@ impl Outlets {
     fn hand_out(&self, frame: &Arc<LiveFrame>) {
         let mut open = self.0.open.lock().unwrap_or_else(PoisonError::into_inner);
         for outlet in open.iter_mut() {
-            if outlet.pace.is_due(frame.frame.time) {
+            if outlet.pace.is_due(&frame.frame) {
                 outlet.frames.push(frame.clone());
             }
         }
@@ -84,9 +91,14 @@ impl Tap {
         if !self.outlets.0.any.load(Ordering::Acquire) {
             return;
         }
-        let Ok(place) = self.queue.try_reserve() else {
-            self.outlets.0.missed.fetch_add(1, Ordering::Relaxed);
-            return;
+        let place = match self.queue.try_reserve() {
+            Ok(place) => place,
+            Err(error) => {
+                let ended = matches!(error, mpsc::error::TrySendError::Closed(()));
+                self.outlets.0.broken.store(ended, Ordering::Relaxed);
+                self.outlets.0.missed.fetch_add(1, Ordering::Relaxed);
+                return;
+            }
         };
         place.send(Offered {
             frame: frame.clone(),
@@ -124,6 +136,7 @@ impl Hub {
     pub async fn run(mut self) {
         while let Some(Offered { frame, unix_ns, at }) = self.queue.recv().await {
             let figures = self.crowd.step(&frame);
+            self.outlets.0.solved.fetch_add(1, Ordering::Relaxed);
             self.outlets.hand_out(&Arc::new(LiveFrame {
                 frame,
                 figures,

@@ -41,7 +41,7 @@ pub use kind::Kind;
 pub use lsl::Settings as LslSettings;
 pub use meter::{SinkState, SinkStatus};
 pub use osc::{Person as OscPerson, Settings as OscSettings};
-pub use pace::Pace;
+pub use pace::{FramePace, Pace};
 pub use queue::Frames;
 pub use switch::{Sinks, SwitchError};
 pub use vmc::{Settings as VmcSettings, Travel as VmcTravel};

@@ -1,6 +1,6 @@
 //! Fewer messages a second than there are.
 
-use posefuse_skeleton::Timestamp;
+use posefuse_skeleton::{RoomFrame, Timestamp};
 
 /// Thins a stream out to at most so many messages a second.
 #[derive(Clone, Copy, Debug)]
@@ -37,9 +37,37 @@ impl Pace {
     }
 }
 
+/// Thins a stream of frames out, but never loses that the last person has left: no frame may come after that one.
+#[derive(Clone, Copy, Debug)]
+pub struct FramePace {
+    pace: Pace,
+    peopled: bool,
+}
+
+impl FramePace {
+    /// As [`Pace::new`].
+    pub fn new(max_rate_hz: f64) -> Self {
+        Self {
+            pace: Pace::new(max_rate_hz),
+            peopled: false,
+        }
+    }
+
+    /// Whether this frame may pass.
+    pub fn is_due(&mut self, frame: &RoomFrame) -> bool {
+        let empties = self.peopled && frame.tracks.is_empty();
+        let passes = self.pace.is_due(frame.time) || empties;
+        if passes {
+            self.peopled = !frame.tracks.is_empty();
+        }
+        passes
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use posefuse_skeleton::{SensorSet, Skeleton, Track, TrackId};
 
     #[test]
     fn a_pace_thins_out_to_its_rate() {
@@ -55,5 +83,29 @@ mod tests {
         assert!((295..=300).contains(&usual), "{usual}");
         let few = passed(30.0, 10.0);
         assert!((98..=103).contains(&few), "{few}");
+    }
+
+    #[test]
+    fn the_frame_in_which_the_last_person_leaves_always_passes() {
+        let frame = |number: u64, tracks| RoomFrame {
+            number,
+            time: Timestamp::from_seconds(1.0 + number as f64 / 30.0),
+            look_ahead_ns: 0,
+            tracks,
+        };
+        let somebody = || {
+            vec![Track {
+                id: TrackId(1),
+                since: Timestamp::from_seconds(1.0),
+                sensors: SensorSet::EMPTY,
+                skeleton: Skeleton::empty(),
+                hands: [None; 2],
+            }]
+        };
+        let mut pace = FramePace::new(10.0);
+        assert!(pace.is_due(&frame(0, somebody())));
+        assert!(!pace.is_due(&frame(1, somebody())));
+        assert!(pace.is_due(&frame(2, vec![])));
+        assert!(!pace.is_due(&frame(3, vec![])), "told once");
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
@@ -11,7 +12,7 @@ use crate::kind::UnknownKind;
 use crate::meter::Meter;
 use crate::queue::frames;
 use crate::sink::Sink;
-use crate::{Config, Kind, SinkState, SinkStatus};
+use crate::{Config, Frames, Kind, SinkState, SinkStatus};
 
 /// Frames that may wait for one sink.
 const QUEUE: usize = 4;
@@ -35,6 +36,8 @@ struct Line {
     meter: Arc<Meter>,
     /// Ends its task; `None`: it is off.
     running: Mutex<Option<CancellationToken>>,
+    /// Its task, of now or of before it was switched off.
+    task: Mutex<Option<JoinHandle<()>>>,
 }
 
 /// Why a sink cannot be switched.
@@ -52,6 +55,7 @@ impl Sinks {
             from_start,
             meter: Arc::default(),
             running: Mutex::default(),
+            task: Mutex::default(),
         });
         Self(Arc::new(Board {
             lines: lines.collect(),
@@ -87,9 +91,14 @@ impl Sinks {
         self.0.lines.iter().map(Line::status).collect()
     }
 
-    /// Frames that came faster than bodies could be solved, and went to no sink.
-    pub fn missed(&self) -> u64 {
-        self.0.outlets.missed()
+    /// Frames whose bodies were solved for whichever sinks are on, and frames that came faster than that and went to none.
+    pub fn solved_and_missed(&self) -> [u64; 2] {
+        self.0.outlets.counts()
+    }
+
+    /// Whether no sink gets anything any more, by a fault of the program.
+    pub fn is_broken(&self) -> bool {
+        self.0.outlets.is_broken()
     }
 
     /// Switches all off and waits until their tasks have ended.
@@ -114,24 +123,19 @@ impl Board {
         let stop = CancellationToken::new();
         *running = Some(stop.clone());
         tracing::info!(sink = %sink.kind(), place = sink.place(), "on");
-        self.tasks.spawn(stop.run_until_cancelled_owned(async move {
-            let mut wait = FIRST_WAIT;
-            loop {
-                let before = meter.delivered();
-                match sink.run(frames.clone(), meter.clone()).await {
-                    Ok(()) => meter.set_trouble(String::new()),
-                    Err(trouble) => {
-                        tracing::warn!(sink = %sink.kind(), "{trouble}");
-                        meter.set_trouble(trouble);
-                    }
-                }
-                meter.set_clients(0);
-                if meter.delivered() > before {
-                    wait = FIRST_WAIT;
-                }
-                tokio::time::sleep(wait).await;
-                wait = (wait * 2).min(LONGEST_WAIT);
+        let mut task = line.task.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = task.take();
+        *task = Some(self.tasks.spawn(async move {
+            // What it holds, a port say, must be free first.
+            if let Some(before) = before {
+                let _ = before.await;
             }
+            meter.set_trouble(String::new());
+            let _ = stop
+                .run_until_cancelled_owned(again_and_again(sink, frames, meter.clone()))
+                .await;
+            meter.set_trouble(String::new());
+            meter.set_clients(0);
         }));
     }
 
@@ -139,10 +143,29 @@ impl Board {
         if let Some(stop) = line.running().take() {
             stop.cancel();
             self.outlets.close(line.sink.kind());
-            line.meter.set_trouble(String::new());
-            line.meter.set_clients(0);
             tracing::info!(sink = %line.sink.kind(), "off");
         }
+    }
+}
+
+/// Runs a sink, and again after a while when it fails.
+async fn again_and_again(sink: Arc<dyn Sink>, frames: Frames, meter: Arc<Meter>) {
+    let mut wait = FIRST_WAIT;
+    loop {
+        let before = meter.delivered();
+        match sink.run(frames.clone(), meter.clone()).await {
+            Ok(()) => meter.set_trouble(String::new()),
+            Err(trouble) => {
+                tracing::warn!(sink = %sink.kind(), "{trouble}");
+                meter.set_trouble(trouble);
+            }
+        }
+        meter.set_clients(0);
+        if meter.delivered() > before {
+            wait = FIRST_WAIT;
+        }
+        tokio::time::sleep(wait).await;
+        wait = (wait * 2).min(LONGEST_WAIT);
     }
 }
 

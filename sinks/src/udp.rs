@@ -23,9 +23,11 @@ pub(crate) enum Next {
     Quiet,
 }
 
-/// The next frame, or that there is none for now.
-pub(crate) async fn next(frames: &Frames) -> Next {
-    match tokio::time::timeout(QUIET, frames.next()).await {
+/// The next frame of a stream that is thinned out to `rate_hz` (0: not), or that there is none for now.
+pub(crate) async fn next(frames: &Frames, rate_hz: f64) -> Next {
+    let slow = if rate_hz > 0.0 { 2.0 / rate_hz } else { 0.0 };
+    let quiet = QUIET.max(Duration::from_secs_f64(slow));
+    match tokio::time::timeout(quiet, frames.next()).await {
         Ok(frame) => Next::Frame(frame),
         Err(_) => Next::Quiet,
     }
@@ -48,6 +50,7 @@ impl Datagrams {
     /// # Errors
     /// In words, what the system refuses.
     pub(crate) async fn open(targets: &[SocketAddr], meter: Arc<Meter>) -> Result<Self, String> {
+        meter.set_trouble(String::new());
         let v4 = targets.iter().find(|target| target.is_ipv4());
         let v6 = targets.iter().find(|target| target.is_ipv6());
         Ok(Self {
@@ -56,8 +59,7 @@ impl Datagrams {
             meter,
             taken: false,
             refused: None,
-            // A trouble of the last attempt is gone with the first frame that goes out.
-            in_trouble: true,
+            in_trouble: false,
         })
     }
 

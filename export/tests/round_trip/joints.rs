@@ -16,7 +16,8 @@ fn a_wide_table_has_every_joint_where_it_was_and_no_row_for_who_is_not_there() {
     let text = exported.text("walk.csv");
     let mut rows = text.lines();
     let head: Vec<&str> = rows.next().unwrap().split(',').collect();
-    assert_eq!(head.len(), 5 + 4 * JOINT_COUNT);
+    assert_eq!(head.len(), 5 + 4 * JOINT_COUNT + 2);
+    assert_eq!(head[5 + 4 * JOINT_COUNT..], ["hand_left", "hand_right"]);
     assert_eq!(head[5 + 4 * Joint::Head as usize], "Head_x_m");
     let sent = [skeletons(&take, FIRST), skeletons(&take, SECOND)];
     let mut counts = [0; 2];

@@ -5,7 +5,7 @@ use tokio::sync::{mpsc, oneshot};
 use tonic::Status;
 
 use crate::record::{Preamble, RecorderTap};
-use crate::sinks::{Pace, SensorSubscriber, Subscriber};
+use crate::sinks::{FramePace, SensorSubscriber, Subscriber};
 
 /// A sensor's frame on the server's clock, for calibration.
 pub(crate) type WalkFrame = (SensorId, Timestamp, Vec<Body>);
@@ -13,7 +13,7 @@ pub(crate) type WalkFrame = (SensorId, Timestamp, Vec<Body>);
 /// A request to the fusion thread.
 pub(crate) enum Command {
     /// Fused frames from now on.
-    Watch(Subscriber, Pace),
+    Watch(Subscriber, FramePace),
     /// Sensors' frames from now on.
     WatchSensors(SensorSubscriber),
     /// Tells what a take that starts now must begin with.

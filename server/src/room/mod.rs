@@ -48,7 +48,7 @@ use crate::fusion_thread::{Command, Commands, Inputs, Snapshot};
 use crate::ingest::{Registry, watch_depth};
 use crate::net::{Connections, EncodedStream};
 use crate::repair::Meter;
-use crate::sinks::{Counters, Pace, SensorSubscriber, place, subscribe};
+use crate::sinks::{Counters, FramePace, Pace, SensorSubscriber, place, subscribe};
 use crate::{Clock, Threads};
 
 /// Everything the service needs of the rest of the server.
@@ -114,7 +114,7 @@ impl RoomService {
         request: tonic::Request<v1::WatchRequest>,
     ) -> Result<EncodedStream, Status> {
         let (subscriber, stream) = subscribe(&self.0.config.watch, &self.0.places)?;
-        let pace = Pace::new(request.into_inner().max_rate_hz);
+        let pace = FramePace::new(request.into_inner().max_rate_hz);
         self.0.commands.try_send(Command::Watch(subscriber, pace))?;
         Ok(stream)
     }

@@ -16,7 +16,15 @@ impl Room {
             dropped: meter.dropped(),
             ..Default::default()
         });
+        let [delivered, dropped] = self.sinks.solved_and_missed();
+        let bodies = v1::SinkStatus {
+            name: "bodies".to_owned(),
+            delivered,
+            dropped,
+            ..Default::default()
+        };
         always
+            .chain([bodies])
             .chain(self.sinks.statuses().into_iter().map(to_wire))
             .collect()
     }

@@ -87,6 +87,11 @@ fn troubles(room: &Room, sensors: &[v1::SensorStatus]) -> Vec<String> {
         Some(_) => {}
     }
     troubles.extend(room.repair.trouble());
+    if room.sinks.is_broken() {
+        troubles.push(
+            "live outputs get nothing any more by a fault of the program, its log says more: start the server anew".to_owned(),
+        );
+    }
     troubles.extend(room.takes.troubles());
     troubles
 }

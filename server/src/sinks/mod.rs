@@ -14,7 +14,7 @@ use prost::Message;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use meter::{Counters, Meter};
-pub(crate) use posefuse_sinks::Pace;
+pub(crate) use posefuse_sinks::{FramePace, Pace};
 pub(crate) use subscriber::{Subscriber, place, subscribe};
 
 use crate::room::{TimecodeConfig, stamp};
@@ -54,7 +54,7 @@ pub(crate) struct SensorSubscriber {
 /// The subscribers. Recording and calibration have sinks of their own.
 #[derive(Debug)]
 pub(crate) struct Subscribers {
-    frames: Vec<(Subscriber, Pace)>,
+    frames: Vec<(Subscriber, FramePace)>,
     sensors: Vec<SensorSubscriber>,
     names: Vec<String>,
     counters: Arc<Counters>,
@@ -72,7 +72,7 @@ impl Subscribers {
         }
     }
 
-    pub(crate) fn add_watch(&mut self, subscriber: Subscriber, pace: Pace) {
+    pub(crate) fn add_watch(&mut self, subscriber: Subscriber, pace: FramePace) {
         self.frames.push((subscriber, pace));
     }
 
@@ -130,7 +130,7 @@ impl Subscribers {
         let bytes: Bytes = wire.encode_to_vec().into();
         let meter = &self.counters.watch;
         self.frames.retain_mut(|(subscriber, pace)| {
-            !pace.is_due(frame.time) || subscriber.offer(&bytes, now, meter)
+            !pace.is_due(frame) || subscriber.offer(&bytes, now, meter)
         });
     }
 }

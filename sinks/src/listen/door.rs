@@ -1,6 +1,6 @@
 //! Who may come in: programs, and pages of this machine or of sites that were allowed. A page from elsewhere in the operator's
 //! browser must not read people's movements. A browser names a page's site in `Origin` and no page can change that; programs
-//! name none. So a name that is made to lead here (DNS rebinding) is of no use to a page: its own site is still not allowed.
+//! name none, or `file://` when they are made of web pages, as no site can. So a name that is made to lead here (DNS rebinding) is of no use to a page: its own site is still not allowed.
 
 use std::net::IpAddr;
 
@@ -10,6 +10,9 @@ use tokio_tungstenite::tungstenite::http::{HeaderMap, Uri, header};
 pub(super) fn refusal(headers: &HeaderMap, allowed: &[String]) -> Option<&'static str> {
     let mut origins = headers.get_all(header::ORIGIN).iter();
     let origin = origins.next()?;
+    if origin == "file://" && origins.next().is_none() {
+        return None;
+    }
     let known = origin.to_str().is_ok_and(|origin| {
         allowed
             .iter()
@@ -39,10 +42,10 @@ pub(super) fn not_an_origin(origin: &str) -> Option<String> {
         let plain = |text: &str| !text.is_empty() && !text.contains(['/', '?', '#', '@', '*', ' ']);
         (plain(scheme) && plain(rest)).then_some(())
     };
-    // What browsers say of pages from files and from sandboxes.
+    // What browsers say of pages from files, and of sandboxes that any site can make.
     (origin != "null" && is_one().is_none()).then(|| {
         format!(
-            "expected origins such as \"https://example.org\" or \"http://studio.local:8080\", without a path, or \"null\" for pages from files; found `{origin}`"
+            "expected origins such as \"https://example.org\" or \"http://studio.local:8080\", without a path, or \"null\" for pages from files, which lets every web site in; found `{origin}`"
         )
     })
 }
@@ -68,6 +71,7 @@ mod tests {
             "https://127.0.0.1",
             "http://[::1]:8080",
             "https://studio.example",
+            "file://",
         ] {
             assert!(comes_in(&[own]), "{own} was refused");
         }
@@ -85,6 +89,7 @@ mod tests {
             assert!(!comes_in(&[foreign]), "{foreign} was let in");
         }
         assert!(!comes_in(&["http://localhost", "https://evil.example"]));
+        assert!(!comes_in(&["file://", "https://evil.example"]));
         assert!(!comes_in(&["https://studio.example", "http://localhost"]));
     }
 

@@ -128,10 +128,10 @@ impl Sink for Settings {
 
 async fn send(settings: Settings, frames: Frames, meter: Arc<Meter>) -> Result<(), String> {
     let mut datagrams = Datagrams::open(&settings.targets, meter).await?;
-    let targets = settings.targets.clone();
+    let (targets, rate_hz) = (settings.targets.clone(), settings.rate_hz);
     let mut speech = Speech::new(settings);
     loop {
-        let (packets, frame) = match next(&frames).await {
+        let (packets, frame) = match next(&frames, rate_hz).await {
             Next::Frame(frame) => (speech.frame(&frame), Some(frame)),
             Next::Quiet => (speech.quiet(), None),
         };

@@ -126,7 +126,7 @@ async fn send(settings: Settings, frames: Frames, meter: Arc<Meter>) -> Result<(
         settings,
     };
     loop {
-        let (packets, frame) = match next(&frames).await {
+        let (packets, frame) = match next(&frames, show.settings.rate_hz).await {
             Next::Frame(frame) => (show.stage.frame(&frame), Some(frame)),
             Next::Quiet => (show.stage.quiet(), None),
         };

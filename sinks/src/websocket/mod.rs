@@ -31,7 +31,7 @@ pub struct Settings {
     /// Most clients at once; further ones are refused.
     pub max_clients: usize,
     /// Web sites whose pages may come, e.g. `https://example.org`, beside those that this machine serves itself; `null` stands
-    /// for pages from files. Programs may always.
+    /// for pages from files, and lets every web site in. Programs may always.
     pub allowed_origins: Vec<String>,
 }
 

@@ -10,7 +10,7 @@ use tokio_tungstenite::tungstenite::Message;
 
 use super::message::{Head, Hello, Person, RigMessage};
 use crate::listen::{Asked, Talk, Welcome};
-use crate::{LiveFrame, Pace};
+use crate::{FramePace, LiveFrame};
 
 /// Frames as JSON.
 pub(super) struct Json {
@@ -21,7 +21,7 @@ pub(super) struct Json {
 /// One client.
 pub(super) struct Client {
     bodies: bool,
-    pace: Pace,
+    pace: FramePace,
     /// Whom it was told of last.
     people: BTreeSet<TrackId>,
     /// The rigs it was told of.
@@ -76,7 +76,7 @@ impl Talk for Json {
         Ok(Welcome {
             client: Client {
                 bodies: wishes.bodies,
-                pace: Pace::new(rate_hz),
+                pace: FramePace::new(rate_hz),
                 people: BTreeSet::new(),
                 rigs: BTreeMap::new(),
             },
@@ -99,7 +99,7 @@ impl Talk for Json {
 
     fn tell(&self, client: &mut Client, frame: &Prepared) -> Vec<Message> {
         let live = &frame.live;
-        if !client.pace.is_due(live.frame.time) {
+        if !client.pace.is_due(&live.frame) {
             return Vec::new();
         }
         let mut messages = Vec::with_capacity(1);

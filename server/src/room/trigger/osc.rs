@@ -11,8 +11,15 @@ use super::{Order, start};
 const START: &str = "/posefuse/take/start";
 const STOP: &str = "/posefuse/take/stop";
 
-/// The orders of a packet, in their order.
-pub(super) fn orders(packet: &[u8]) -> Result<Vec<Order>, String> {
+/// Addresses of orders begin so; what else comes is for somebody else, or an answer that an OSC router sent back.
+const OURS: &str = "/posefuse/take/";
+const ANSWERS: [&str; 3] = ["started", "stopped", "error"];
+
+/// The orders of a packet, in their order, and in place of each that cannot be read the reason.
+///
+/// # Errors
+/// It is no OSC.
+pub(super) fn orders(packet: &[u8]) -> Result<Vec<Result<Order, String>>, String> {
     let (rest, packet) =
         decoder::decode_udp(packet).map_err(|error| format!("a packet is no OSC: {error}"))?;
     if !rest.is_empty() {
@@ -22,11 +29,20 @@ pub(super) fn orders(packet: &[u8]) -> Result<Vec<Order>, String> {
     let mut waiting = vec![packet];
     while let Some(packet) = waiting.pop() {
         match packet {
-            OscPacket::Message(message) => orders.extend(order(&message)?),
+            OscPacket::Message(message) if is_for_us(&message.addr) => {
+                orders.extend(order(&message).transpose());
+            }
+            OscPacket::Message(_) => {}
             OscPacket::Bundle(bundle) => waiting.extend(bundle.content.into_iter().rev()),
         }
     }
     Ok(orders)
+}
+
+fn is_for_us(address: &str) -> bool {
+    address
+        .strip_prefix(OURS)
+        .is_some_and(|rest| !ANSWERS.contains(&rest))
 }
 
 /// The answer `/posefuse/take/WHAT words`.
@@ -108,7 +124,8 @@ mod tests {
     }
 
     fn read(packet: &OscPacket) -> Result<Vec<Order>, String> {
-        orders(&encoder::encode(packet).unwrap())
+        let orders = orders(&encoder::encode(packet).unwrap()).unwrap();
+        orders.into_iter().collect()
     }
 
     fn started(name: &str, slate: &str, notes: &str) -> Order {
@@ -132,12 +149,23 @@ mod tests {
         }
         let bundle = OscPacket::Bundle(OscBundle {
             timetag: OscTime::from((0, 1)),
-            content: vec![message(STOP, vec![word("walk")]), named],
+            content: vec![
+                message("/fader/1", vec![OscType::Float(0.5)]),
+                message(STOP, vec![word("walk")]),
+                named,
+            ],
         });
         assert_eq!(
             read(&bundle).unwrap(),
             [Order::Stop, started("walk", "12A", "two turns")]
         );
+    }
+
+    #[test]
+    fn what_is_for_others_and_answers_that_come_back_are_no_orders() {
+        for address in ["/ping", "/posefuse/take/error", "/posefuse/take/started"] {
+            assert_eq!(read(&message(address, vec![])).unwrap(), [], "{address}");
+        }
     }
 
     #[test]
