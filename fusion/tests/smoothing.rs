@@ -197,3 +197,33 @@ fn remembered(
     }
     most_state(&mut engine, events, &mut Outcome::default())
 }
+
+#[test]
+fn what_came_later_makes_every_place_more_certain_however_long_the_way_back() {
+    let (_, events) = room(40.0);
+    let live = live(&events, 0);
+    for frames in [90, 1200] {
+        let smooth = offline(&events, bare(), frames);
+        let mut compared = 0;
+        for frame in &smooth {
+            let Ok(other) = live.binary_search_by_key(&frame.time, |f| f.time) else {
+                continue;
+            };
+            for (track, other) in frame.tracks.iter().zip(&live[other].tracks) {
+                for (joint, state) in track.skeleton.iter() {
+                    let Some(filtered) = &other.skeleton[joint] else {
+                        continue;
+                    };
+                    let (after, before) = (state.covariance.trace(), filtered.covariance.trace());
+                    assert!(
+                        after > 0.0 && after <= before * 1.01,
+                        "{joint:?} at {} s: {after} of {before}, over {frames} frames",
+                        support::scenario_seconds(frame.time)
+                    );
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared > 10_000, "{compared}");
+    }
+}

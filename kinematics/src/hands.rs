@@ -22,6 +22,8 @@ pub struct HandState {
 pub struct HandFilter {
     config: HandsConfig,
     last: Option<(Timestamp, HandState)>,
+    /// When a sensor last said something.
+    heard: Option<Timestamp>,
 }
 
 /// More sensors than this see no hand at once that differ in what they see.
@@ -30,11 +32,17 @@ const MOST_VOTES: usize = 8;
 const SUREST: f64 = 0.999;
 /// Of the first vote, seconds since the one before.
 const FIRST_S: f64 = 1.0 / 30.0;
+/// After so long without a vote nothing is known any more, seconds.
+const FORGOTTEN_S: f64 = 2.0;
 
 impl HandFilter {
     /// A hand of which nothing is known.
     pub fn new(config: HandsConfig) -> Self {
-        Self { config, last: None }
+        Self {
+            config,
+            last: None,
+            heard: None,
+        }
     }
 
     /// What is known now.
@@ -67,7 +75,13 @@ impl HandFilter {
     /// assert!(hand.state().unwrap().closed);
     /// ```
     pub fn vote(&mut self, closed: &[Confidence], at: Timestamp) {
-        if closed.is_empty() && self.last.is_none() {
+        if !closed.is_empty() {
+            self.heard = Some(at);
+        } else if self
+            .heard
+            .is_none_or(|heard| at.since_seconds(heard) > FORGOTTEN_S)
+        {
+            self.last = None;
             return;
         }
         let (elapsed, before) = match self.last {

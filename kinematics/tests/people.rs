@@ -152,6 +152,23 @@ fn hands_follow_votes_and_do_not_flicker() {
 }
 
 #[test]
+fn a_hand_of_which_nobody_says_anything_any_more_is_not_known() {
+    let mut hand = HandFilter::new(HandsConfig::default());
+    for frame in 0..30 {
+        hand.vote(&[Confidence::FULL; 3], at(frame));
+    }
+    assert!(hand.state().unwrap().closed);
+    for frame in 30..60 {
+        hand.vote(&[], at(frame));
+    }
+    assert!(hand.state().unwrap().closed, "a second is not long");
+    for frame in 60..150 {
+        hand.vote(&[], at(frame));
+    }
+    assert_eq!(hand.state(), None);
+}
+
+#[test]
 fn configuration_reads_what_it_writes_and_refuses_the_rest() {
     let config = Config::default();
     let text = toml::to_string(&config).unwrap();

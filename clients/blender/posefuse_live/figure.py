@@ -146,3 +146,11 @@ def remove(armature):
 def world(armature, bone: str) -> Matrix:
     """A bone's axes and place in the scene."""
     return armature.matrix_world @ armature.pose.bones[bone].matrix
+
+
+def lives(thing) -> bool:
+    """Whether an object is still in the file."""
+    try:
+        return thing.name in bpy.data.objects
+    except ReferenceError:
+        return False

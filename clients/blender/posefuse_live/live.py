@@ -9,7 +9,7 @@ import time
 import bpy
 
 from . import osc
-from .figure import MARK, Figure, remove
+from .figure import MARK, Figure, lives, remove
 from .markers import Markers
 from .people import People
 from .record import Recorder, assign, release
@@ -61,7 +61,7 @@ class Stream:
         now_s = time.monotonic() if now_s is None else now_s
         bodies = [(self.figures[port].armature, body) for port, body in self.people.bodies.items() if port in self.figures]
         skeletons = [(self.markers[who].person, person) for who, person in self.people.skeletons.items() if who in self.markers]
-        return [thing.name for thing, person in bodies + skeletons if _lives(thing) and not self.people.gone(person, now_s)]
+        return [thing.name for thing, person in bodies + skeletons if lives(thing) and not self.people.gone(person, now_s)]
 
     def packet_rate(self) -> int:
         """Packets of the last second."""
@@ -111,7 +111,7 @@ class Stream:
 
     def _follow_body(self, port: int, body, now_s: float):
         figure = self.figures.get(port)
-        if figure is not None and not _lives(figure.armature):
+        if figure is not None and not lives(figure.armature):
             # Its user has deleted it: it is made anew when its person moves again.
             del self.figures[port]
             figure = None
@@ -149,7 +149,7 @@ class Stream:
 
     def _follow_joints(self, who: str, person, now_s: float):
         markers = self.markers.get(who)
-        if markers is not None and not _lives(markers.person):
+        if markers is not None and not lives(markers.person):
             del self.markers[who]
             markers = None
         if self.people.gone(person, now_s):
@@ -185,11 +185,3 @@ def _collection():
     if collection.name not in bpy.context.scene.collection.children:
         bpy.context.scene.collection.children.link(collection)
     return collection
-
-
-def _lives(thing) -> bool:
-    """Whether an object is still in the file."""
-    try:
-        return thing.name in bpy.data.objects
-    except ReferenceError:
-        return False

@@ -2,7 +2,7 @@
 import bpy
 from mathutils import Vector
 
-from .figure import MARK
+from .figure import MARK, lives
 from .people import GONE_S, Joints
 
 
@@ -22,6 +22,11 @@ class Markers:
 
     def pose(self, person: Joints, now_s: float):
         """Moves the empties to where the joints are now; those that were not heard of for a while vanish."""
+        gone = [joint for joint, empty in self.joints.items() if not lives(empty)]
+        for joint in gone:
+            # Its user took it out of the file: it is made anew.
+            del self.joints[joint]
+            self.news = -1
         for joint, heard_s in person.heard.items():
             if joint in self.joints:
                 _hide(self.joints[joint], now_s - heard_s > GONE_S)
@@ -37,7 +42,7 @@ class Markers:
 
     def show(self, visible: bool):
         """Shows or hides all."""
-        for empty in (self.person, *self.joints.values()):
+        for empty in filter(lives, (self.person, *self.joints.values())):
             if not visible:
                 _hide(empty, True)
         if visible:
@@ -45,7 +50,7 @@ class Markers:
 
     def remove(self):
         """Takes them out of the file."""
-        for empty in (*self.joints.values(), self.person):
+        for empty in filter(lives, (*self.joints.values(), self.person)):
             bpy.data.objects.remove(empty)
 
     def _empty(self, name: str, size: float, shape: str):

@@ -1,10 +1,14 @@
 """The sidebar's panel (N in the 3D view, tab Posefuse): start, stop, record, and what is going on."""
+import traceback
+
 import bpy
 
 from .live import RATE_HZ, Stream
 
 #: The stream of this Blender, while there is one.
 stream: Stream | None = None
+#: Why the last stream ended by itself; empty: it did not.
+trouble = ""
 
 
 class Settings(bpy.types.PropertyGroup):
@@ -37,8 +41,9 @@ class POSEFUSE_OT_start(bpy.types.Operator):
         return stream is None
 
     def execute(self, context):
-        global stream
+        global stream, trouble
         settings = context.scene.posefuse
+        trouble = ""
         host = "0.0.0.0" if settings.remote else "127.0.0.1"
         try:
             stream = Stream(host, settings.port, settings.people)
@@ -107,7 +112,7 @@ class POSEFUSE_PT_panel(bpy.types.Panel):
 def status(now_s: float | None = None) -> list[str]:
     """What is going on, in words."""
     if stream is None:
-        return ["Stopped"]
+        return ["Stopped", trouble] if trouble else ["Stopped"]
     there = stream.present(now_s)
     lines = [f"{len(there)} {'person' if len(there) == 1 else 'people'}, {stream.packet_rate()} packets/s"]
     if stream.packets == 0:
@@ -139,9 +144,16 @@ def _start_recording(scene):
 
 def _tick():
     """Blender's timer; its answer is when to come again."""
+    global trouble
     if stream is None:
         return None
-    stream.step()
+    try:
+        stream.step()
+    except Exception as error:  # noqa: BLE001 Blender forgets a timer that raises, and the ports would stay taken.
+        traceback.print_exc()
+        trouble = f"by an error, see the console: {error}"
+        close()
+        return None
     # The panel's words change, too.
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:

@@ -144,6 +144,9 @@ class Uplink(threading.Thread):
                 failure = error
             except PosefuseError as error:
                 state.ended = error
+            except Exception as error:  # Whatever it is, who sends must hear of it.
+                log.exception("the uplink of %s failed", self._hello.sensor)
+                state.ended = PosefuseError(f"the uplink failed: {error!r}")
             with state.changed:
                 state.connected = False
                 state.changed.notify_all()

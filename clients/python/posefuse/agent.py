@@ -75,7 +75,7 @@ class Agent:
         self.name = name
         self.server = parse_server(server)
         self.joint_names = names_of(joint_set)
-        self._clock, self._drain_s = clock, drain_s
+        self._clock, self._drain_s = lambda: int(clock()), drain_s
         hello = pb.Hello(
             sensor=name, model=model or "Python agent", joint_set=joint_set, protocol=PROTOCOL, agent_version=VERSION,
             run_id=random.SystemRandom().getrandbits(64),
@@ -85,7 +85,7 @@ class Agent:
             hello.camera.CopyFrom(pb.CameraInfo(
                 fov_horizontal_deg=horizontal, fov_vertical_deg=vertical, near_m=near, far_m=far))
         self._state = State(ResendBuffer(most_frames))
-        self._uplink = Uplink(self.server, hello, self._state, clock)
+        self._uplink = Uplink(self.server, hello, self._state, self._clock)
         self._uplink.start()
 
     def send(self, bodies: Iterable[Body], captured_ns: int | None = None) -> None:

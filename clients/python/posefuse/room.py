@@ -114,7 +114,9 @@ class Room:
         try:
             yield take
         finally:
-            self.stop_take()
+            # Somebody else may have stopped it, and begun another.
+            if self.take(take.name).state == "recording":
+                self.stop_take()
 
     def describe_take(self, name: str, slate: str | None = None, notes: str | None = None) -> Take:
         """Changes what is written on a take; None leaves it as it is."""

@@ -13,7 +13,7 @@ pub(super) struct OpenNiArgs {
     /// first sensor that can be opened]
     #[arg(long, value_name = "URI|SERIAL|FILE")]
     device: Option<String>,
-    /// The depth mode, as `posefuse devices` lists them [default: the one nearest to 320x240@30]
+    /// The depth mode, as `posefuse devices` lists them [default: that nearest to 320x240 at 30 fps]
     #[arg(long, value_name = "WxH@FPS")]
     mode: Option<WantedMode>,
     /// Read a recording as fast as people are found in it, every frame, instead of in its own time

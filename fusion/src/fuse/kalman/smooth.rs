@@ -48,7 +48,9 @@ impl Hindsight {
             + through[1] * rows[1].transpose()
             + through[2] * rows[2].transpose();
         let left = symmetric(&(cov.pp - less));
-        let sound = left.diagonal().iter().all(|variance| *variance > 0.0);
+        // What came later makes no place less certain.
+        let sound =
+            (0..3).all(|i| left[(i, i)] > 0.0 && left[(i, i)] <= cov.pp[(i, i)] * (1.0 + 1e-9));
         (moved, if sound { left } else { cov.pp })
     }
 
@@ -95,13 +97,14 @@ fn through(
     let block = |was: &Matrix3<f64>, i: usize, j: usize| {
         was - with[j].transpose() * h[i] - with[i] * h[j] + centre * (h[i] * h[j])
     };
+    // The sum above takes these for symmetric: what rounding adds to them would grow with every step back.
     let before = Blocks {
-        pp: block(&n.pp, 0, 0),
+        pp: symmetric(&block(&n.pp, 0, 0)),
         pv: block(&n.pv, 0, 1),
         pa: block(&n.pa, 0, 2),
-        vv: block(&n.vv, 1, 1),
+        vv: symmetric(&block(&n.vv, 1, 1)),
         va: block(&n.va, 1, 2),
-        aa: block(&n.aa, 2, 2),
+        aa: symmetric(&block(&n.aa, 2, 2)),
     };
     (std::array::from_fn(|i| pull[i] + rest * h[i]), before)
 }
