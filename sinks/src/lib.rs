@@ -4,7 +4,7 @@
 //! then for each [sink](Kind) that is on a bounded queue of its own and a task of its own. A slow sink loses its own oldest
 //! frames, counted, and delays nobody. A sink that fails says why and is tried again.
 //!
-//! Each kind has a file or folder with its settings, its wire format and its task; [`sink`] is what it must do.
+//! Each kind has a file or folder with its settings, its wire format and its task; `sink.rs` is what it must do.
 
 mod axes;
 mod bone_frames;

@@ -19,7 +19,7 @@ pub struct Distances {
     pub joints: u64,
     /// Their sum, metres.
     pub sum_m: f64,
-    /// How many are right: within [`RIGHT_M`].
+    /// How many are right: within `RIGHT_M`.
     pub right: u64,
 }
 
