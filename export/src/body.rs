@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use posefuse_kinematics::{
     Config, HandFilter, HandState, HandsConfig, Learner, Rig, RigPose, Solver,
 };
-use posefuse_skeleton::{Room, SensorSet, Skeleton, Timestamp, Track, TrackId, trunk_axes};
+use posefuse_skeleton::{Room, SensorSet, Skeleton, Timestamp, Track, TrackId};
 
 use crate::Who;
 use crate::source::Person;
@@ -20,20 +20,20 @@ pub(crate) struct Learners(BTreeMap<Who, Learning>);
 #[derive(Default)]
 struct Learning {
     learner: Learner,
-    /// In how many frames the trunk was seen, counted up to [`LEAST_TRUNKS`].
+    /// In how many frames of the span that is asked for the trunk was seen, counted up to [`LEAST_TRUNKS`].
     trunks: usize,
 }
 
 impl Learners {
-    pub(crate) fn add(&mut self, who: &Who, skeleton: &Skeleton<Room>) {
+    /// Takes in a frame of anywhere in the take; `asked`: it is of the span that is asked for.
+    pub(crate) fn add(&mut self, who: &Who, skeleton: &Skeleton<Room>, asked: bool) {
         if !self.0.contains_key(who) {
             self.0.insert(who.clone(), Learning::default());
         }
         if let Some(learning) = self.0.get_mut(who) {
             learning.learner.add(skeleton);
-            if learning.trunks < LEAST_TRUNKS {
-                let joints = skeleton.map(|_, state| state.position);
-                learning.trunks += usize::from(trunk_axes(&joints).is_some());
+            if asked && learning.trunks < LEAST_TRUNKS {
+                learning.trunks += usize::from(Solver::can_begin(skeleton));
             }
         }
     }

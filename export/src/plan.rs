@@ -69,14 +69,14 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Reads the take once; `learn` is shown everybody.
+    /// Reads the take once; `learn` is shown everybody, and told who is seen in the span that is asked for.
     ///
     /// # Errors
     /// [`ExportError::Nobody`] where nobody of those that are asked for is there long enough; a take that cannot be read.
     pub(crate) fn of(
         take: &TakeReader,
         options: &Options,
-        learn: &mut dyn FnMut(&Who, &Skeleton<Room>),
+        learn: &mut dyn FnMut(&Who, &Skeleton<Room>, bool),
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Self> {
         let header = take.header().clone();

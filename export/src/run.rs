@@ -51,9 +51,9 @@ pub fn export(
     options.check()?;
     let mut learners = Learners::default();
     let with_rigs = options.needs_rig();
-    let mut learn = |who: &Who, skeleton: &_| {
+    let mut learn = |who: &Who, skeleton: &_, asked| {
         if with_rigs {
-            learners.add(who, skeleton);
+            learners.add(who, skeleton, asked);
         }
     };
     let plan = Plan::of(take, options, &mut learn, progress)?;

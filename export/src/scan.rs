@@ -51,18 +51,19 @@ pub(crate) struct Scan {
 }
 
 impl Scan {
-    /// Reads the take once; `learn` is shown everybody. People are looked for in the span `from..=to` and just beside it.
+    /// Reads the take once; `learn` is shown everybody, and told who is seen in `from..=to`. People are looked for in the span `from..=to` and just beside it.
     pub(crate) fn of(
         take: &TakeReader,
         options: &Options,
         (from, to): (Option<Timestamp>, Option<Timestamp>),
-        learn: &mut dyn FnMut(&Who, &Skeleton<Room>),
+        learn: &mut dyn FnMut(&Who, &Skeleton<Room>, bool),
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Self> {
         // Who is seen a little before the span and in it is there from its beginning.
         let gap_ns = (options.max_gap_s * 1e9) as i64;
-        let margin = from.map_or(Timestamp::from_ns(i64::MIN), |from| from.plus_ns(-gap_ns))
-            ..=to.map_or(Timestamp::from_ns(i64::MAX), |to| to.plus_ns(gap_ns));
+        let first = from.unwrap_or(Timestamp::from_ns(i64::MIN));
+        let last = to.unwrap_or(Timestamp::from_ns(i64::MAX));
+        let (span, margin) = (first..=last, first.plus_ns(-gap_ns)..=last.plus_ns(gap_ns));
         let mut scan = Self::default();
         let total = options.source.messages(take);
         for (done, seen) in options.source.read(take)?.enumerate() {
@@ -76,7 +77,7 @@ impl Scan {
             };
             for (who, person) in people {
                 // A body is learned from the whole take: a person has the same rig in every span.
-                learn(&who, &person.skeleton);
+                learn(&who, &person.skeleton, span.contains(&time));
                 scan.add(who, time, margin.contains(&time));
             }
         }

@@ -304,7 +304,7 @@ fn tell(report: &Report) -> anyhow::Result<()> {
     }
     for person in &report.without_rig {
         output::warn(&format!(
-            "{person} is in no file with a rig: their trunk is never seen"
+            "{person} is in no file with a rig: their trunk is never seen in what is exported"
         ));
     }
     if report.passers_by > 0 {

@@ -58,7 +58,10 @@ class Figure:
         position, rotation = body.root
         self.armature.location, self.armature.rotation_quaternion = place(position), turn(rotation)
         for name, (position, rotation) in body.bones.items():
-            rest, bone = self.rest[name], self.armature.pose.bones[name]
+            rest, bone = self.rest[name], self.armature.pose.bones.get(name)
+            if bone is None:
+                # Its user took it out of the armature.
+                continue
             bone.rotation_quaternion = rest.inverted() @ turn(rotation) @ rest
             off = place(position) - self.offsets[name]
             # Measures that were learned anew come in as they are; the armature need not be another.

@@ -9,6 +9,8 @@ from .live import RATE_HZ, Stream
 stream: Stream | None = None
 #: Why the last stream ended by itself; empty: it did not.
 trouble = ""
+#: Whether playback began the recording that is going on, so that its end ends it.
+with_playback = False
 
 
 class Settings(bpy.types.PropertyGroup):
@@ -139,6 +141,8 @@ def close():
 
 
 def _start_recording(scene):
+    global with_playback
+    with_playback = False
     stream.start_recording(scene.frame_current, scene.render.fps / scene.render.fps_base)
 
 
@@ -164,14 +168,18 @@ def _tick():
 
 @bpy.app.handlers.persistent
 def _playback_begins(scene, *_):
+    global with_playback
     if stream is not None and stream.recorder is None and scene.posefuse.with_playback and scene.tool_settings.use_keyframe_insert_auto:
         _start_recording(scene)
+        with_playback = True
 
 
 @bpy.app.handlers.persistent
 def _playback_ends(scene, *_):
-    if stream is not None and stream.recorder is not None and scene.posefuse.with_playback and scene.tool_settings.use_keyframe_insert_auto:
+    global with_playback
+    if stream is not None and stream.recorder is not None and with_playback:
         stream.stop_recording()
+    with_playback = False
 
 
 @bpy.app.handlers.persistent

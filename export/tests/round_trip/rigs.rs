@@ -2,11 +2,12 @@
 
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3};
 use posefuse_export::{Axes, Format, Names, Options, Preset, USUAL_RATES_HZ};
-use posefuse_skeleton::{Joint, Position, Room};
+use posefuse_skeleton::{Joint, Position, Room, Skeleton};
 use serde_json::Value;
 
 use crate::take::{
     Exported, FIRST, FRAMES, RATE_HZ, SECOND, SECOND_IS_LOST, SECOND_IS_THERE, moved, walk,
+    walk_in_which,
 };
 
 /// Room coordinates of a place with Y up and Z forward, metres.
@@ -47,6 +48,36 @@ fn our_own_loader_reads_a_bvh_as_it_was_sent() {
         }
     }
     assert!(lift.unwrap().abs() < 0.05, "{lift:?}");
+}
+
+#[test]
+fn who_shows_no_trunk_in_a_span_has_no_rig_there_and_everybody_else_has() {
+    // From 4 s on only the second person's head is seen.
+    let only_head = |id, frame, skeleton: Skeleton<Room>| match id == SECOND && frame >= 120 {
+        true => skeleton.filter_map(|joint, state| (joint == Joint::Head).then_some(*state)),
+        false => skeleton,
+    };
+    let take = walk_in_which(only_head);
+    let spans: [(f64, f64, &[&str]); 2] = [
+        (5.0, 7.0, &["walk-person3.bvh"]),
+        (3.0, 7.0, &["walk-person3.bvh", "walk-person8.bvh"]),
+    ];
+    for (from_s, to_s, names) in spans {
+        let options = Options {
+            from_s: Some(from_s),
+            to_s: Some(to_s),
+            ..Options::of_format(Format::Bvh)
+        };
+        let exported = Exported::of(&take, &options);
+        assert_eq!(exported.names(), names);
+        let without: Vec<String> = exported
+            .report
+            .without_rig
+            .iter()
+            .map(|who| who.to_string())
+            .collect();
+        assert_eq!(without.len(), 2 - names.len(), "{without:?}");
+    }
 }
 
 #[test]

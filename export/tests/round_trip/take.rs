@@ -55,59 +55,58 @@ pub(crate) fn measured(joints: &JointMap<Position<Room>>) -> Skeleton<Room> {
 
 /// A take of two people over 10 s.
 pub(crate) fn walk() -> TakeReader {
-    let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::default());
-    let mut writer = TakeWriter::create(&storage, header("walk"), &[], None).unwrap();
+    walk_in_which(|_, _, skeleton| skeleton)
+}
+
+/// The same, with what is seen of a person (by its number) in a frame as `seen` makes it.
+pub(crate) fn walk_in_which(
+    seen: impl Fn(u64, usize, Skeleton<Room>) -> Skeleton<Room>,
+) -> TakeReader {
     let world = world();
-    for frame in 0..FRAMES {
-        let mut tracks = Vec::new();
-        for person in world.truth(frame as f64 / RATE_HZ) {
+    recorded("walk", FRAMES, |frame| {
+        let people = world.truth(frame as f64 / RATE_HZ).into_iter();
+        let people = people.map(|person| {
             let id = if person.id == 1 { FIRST } else { SECOND };
-            let is_there = SECOND_IS_THERE.contains(&frame) && !SECOND_IS_LOST.contains(&frame);
-            if id == FIRST || is_there {
-                tracks.push(Track {
-                    id: TrackId(id),
-                    since: START,
-                    sensors: Default::default(),
-                    skeleton: measured(&person.joints),
-                    hands: [None; 2],
-                });
-            }
-        }
-        let frame = RoomFrame {
-            number: frame as u64,
-            time: time(frame),
-            look_ahead_ns: 0,
-            tracks,
-        };
-        writer.frame(&frame).unwrap();
-    }
-    writer.finish().unwrap();
-    TakeReader::open(&*storage, "walk").unwrap()
+            (id, seen(id, frame, measured(&person.joints)))
+        });
+        let is_there = SECOND_IS_THERE.contains(&frame) && !SECOND_IS_LOST.contains(&frame);
+        people.filter(|(id, _)| *id == FIRST || is_there).collect()
+    })
 }
 
 /// A take of so many people, all of them there in each of three frames.
 pub(crate) fn crowd(people: u64) -> TakeReader {
-    let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::default());
-    let mut writer = TakeWriter::create(&storage, header("crowd"), &[], None).unwrap();
     let skeleton = measured(&world().truth(0.0)[0].joints);
-    for frame in 0..3 {
-        let track = |id| Track {
+    recorded("crowd", 3, |_| {
+        (1..=people).map(|id| (id, skeleton.clone())).collect()
+    })
+}
+
+fn recorded(
+    name: &str,
+    frames: usize,
+    people: impl Fn(usize) -> Vec<(u64, Skeleton<Room>)>,
+) -> TakeReader {
+    let storage: Arc<dyn Storage> = Arc::new(MemoryStorage::default());
+    let mut writer = TakeWriter::create(&storage, header(name), &[], None).unwrap();
+    for number in 0..frames {
+        let track = |(id, skeleton)| Track {
             id: TrackId(id),
             since: START,
             sensors: Default::default(),
-            skeleton: skeleton.clone(),
+            skeleton,
             hands: [None; 2],
         };
         let frame = RoomFrame {
-            number: frame as u64,
-            time: time(frame),
+            number: number as u64,
+            time: time(number),
             look_ahead_ns: 0,
-            tracks: (1..=people).map(track).collect(),
+            tracks: people(number).into_iter().map(track).collect(),
         };
         writer.frame(&frame).unwrap();
     }
     writer.finish().unwrap();
-    TakeReader::open(&*storage, "crowd").unwrap()
+    TakeReader::open(&*storage, name).unwrap()
 }
 
 /// The take's skeletons of a person; `None` where they are not in a frame.

@@ -65,6 +65,11 @@ pub(crate) fn posture(
     Some(posture)
 }
 
+/// Whether these positions make a [`posture`] by themselves.
+pub(crate) fn shows_trunk(points: &Points) -> bool {
+    pelvis_axes(points, None).is_some()
+}
+
 /// All canonical joints of a placed body.
 pub(crate) fn joints(placed: &Placed) -> JointMap<Position<Room>> {
     Joint::ALL

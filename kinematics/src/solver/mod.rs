@@ -2,7 +2,9 @@
 
 mod targets;
 
-use posefuse_skeleton::{HandVotes, Joint, JointMap, JointState, Position, Room, Timestamp, Track};
+use posefuse_skeleton::{
+    HandVotes, Joint, JointMap, JointState, Position, Room, Skeleton, Timestamp, Track,
+};
 
 use crate::angles::{Angle, angles};
 use crate::body::Body;
@@ -103,6 +105,13 @@ impl Solver {
             hands: [hand.clone(), hand],
             grips: Grips::default(),
         }
+    }
+
+    /// Whether a person of whom nothing is known yet has a pose with this skeleton: whether it shows which way the trunk is.
+    pub fn can_begin(skeleton: &Skeleton<Room>) -> bool {
+        let usable =
+            |_, state: &JointState<Room>| is_usable(state).then(|| state.position.vector());
+        direct::shows_trunk(&skeleton.filter_map(usable))
     }
 
     /// The rig that the poses are of: the same until [`Solver::set_body`].
