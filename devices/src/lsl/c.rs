@@ -31,5 +31,4 @@ functions! {
     create_outlet = "lsl_create_outlet": (Info, c_int, c_int) -> OutletHandle;
     destroy_outlet = "lsl_destroy_outlet": (OutletHandle);
     push = "lsl_push_sample_ftp": (OutletHandle, *const c_float, c_double, c_int) -> c_int;
-    have_consumers = "lsl_have_consumers": (OutletHandle) -> c_int;
 }

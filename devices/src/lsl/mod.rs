@@ -201,12 +201,6 @@ impl Outlet {
             }),
         }
     }
-
-    /// Whether anybody reads.
-    pub fn has_readers(&self) -> bool {
-        // SAFETY: the outlet is open.
-        unsafe { (self.library.api.have_consumers)(self.handle) != 0 }
-    }
 }
 
 impl Drop for Outlet {

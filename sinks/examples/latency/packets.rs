@@ -1,40 +1,31 @@
-//! What sinks add: `cargo run --release -p posefuse-sinks --example latency -- [people] [seconds] [rate_hz]`.
+//! Sinks that send packets, each to a receiver of this machine.
 //!
-//! Simulated people through the real sinks, each to a receiver of this machine. `to the system`: from the offer on the fusion
-//! thread until the system has the frame's last byte, as sinks measure it themselves (bodies are solved on the way); `to the
-//! receiver`: until the last packet is read. `bare` writes the same bytes to a bare socket, paced alike, and reads them. LSL
-//! is measured where PYLSL_LIB names liblsl.
+//! `to the system`: from the offer on the fusion thread until the system has the frame's last byte, as sinks measure it
+//! themselves (bodies are solved on the way); `to the receiver`: until the last packet is read. `bare` writes the same bytes to
+//! a bare socket, paced alike, and reads them. LSL is measured where PYLSL_LIB names liblsl.
 
 use std::error::Error;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use nalgebra::Matrix3;
 use posefuse_kinematics::Crowd;
-use posefuse_simulator::motion::{Cast, Performance, Situation};
 use posefuse_sinks::Config;
-use posefuse_skeleton::{
-    Confidence, JointState, Provenance, RoomFrame, SensorId, SensorSet, Timestamp, Track, TrackId,
-};
+use posefuse_skeleton::RoomFrame;
+use tokio::runtime::Runtime;
+
+use crate::figures::{Row, share};
 
 /// Sinks and bare sockets by turns, so that both meet the same other programs.
 const ROUNDS: usize = 5;
 /// A frame's last packet is the one after which none came for so long.
 const FRAME_END: Duration = Duration::from_millis(3);
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let people: usize = arguments.next().map_or(Ok(2), |text| text.parse())?;
-    let seconds: f64 = arguments.next().map_or(Ok(20.0), |text| text.parse())?;
-    let rate_hz: f64 = arguments.next().map_or(Ok(30.0), |text| text.parse())?;
-    let frames = frames(people, seconds, rate_hz);
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(2)
-        .enable_all()
-        .build()?;
-    let _entered = runtime.enter();
-
+pub(crate) fn measure(
+    runtime: &Runtime,
+    frames: &[RoomFrame],
+    rate_hz: f64,
+) -> Result<(), Box<dyn Error>> {
     let mut config = Config::default();
     let osc = Receiver::start("osc")?;
     config.osc.enabled = true;
@@ -69,11 +60,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             receiver.take();
         }
     }
-    println!(
-        "{people} people, {rate_hz} Hz, {} frames; microseconds",
-        frames.len()
-    );
-    println!("{:10}{}", "bodies", Row(&solving(&config, &frames)));
+    println!("sinks that send, microseconds");
+    println!("{:10}{}", "bodies", Row(&solving(&config, frames)));
     println!("to the system:");
     for status in sinks.statuses() {
         if let (Some(p50), Some(p99)) = (status.p50_ms, status.p99_ms) {
@@ -200,59 +188,4 @@ fn solving(config: &Config, frames: &[RoomFrame]) -> Vec<f64> {
         begun.elapsed().as_secs_f64() * 1e6
     });
     solved.collect()
-}
-
-struct Row<'a>(&'a [f64]);
-
-impl std::fmt::Display for Row<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [p50, p99] = [0.5, 0.99].map(|of| share(self.0, of));
-        write!(f, "  p50 {p50:8.1}  p99 {p99:8.1}")
-    }
-}
-
-fn share(values: &[f64], of: f64) -> f64 {
-    let mut values = values.to_vec();
-    values.sort_unstable_by(f64::total_cmp);
-    let last = values.len().saturating_sub(1) as f64;
-    values
-        .get((last * of).round() as usize)
-        .copied()
-        .unwrap_or(f64::NAN)
-}
-
-fn frames(people: usize, seconds: f64, rate_hz: f64) -> Vec<RoomFrame> {
-    let performance = Performance::procedural(Cast {
-        seed: 5,
-        people,
-        area_m: 4.0,
-        hugs: false,
-        situation: Situation::Everyday,
-        away_s: 1.8,
-    });
-    let sensors = SensorId::new(0).map_or(SensorSet::EMPTY, SensorSet::only);
-    let track = |person: usize, at_s: f64| Track {
-        id: TrackId(person as u64),
-        since: Timestamp::ZERO,
-        sensors,
-        skeleton: performance
-            .pose(person, at_s)
-            .map(|_, position| JointState {
-                position: *position,
-                covariance: Matrix3::from_diagonal_element(1e-4),
-                confidence: Confidence::FULL,
-                provenance: Provenance::Measured(sensors),
-            }),
-        hands: [None; 2],
-    };
-    let frame = |number: usize| {
-        let at_s = 30.0 + number as f64 / rate_hz;
-        RoomFrame {
-            number: number as u64,
-            time: Timestamp::from_seconds(at_s),
-            look_ahead_ns: 0,
-            tracks: (0..people).map(|person| track(person, at_s)).collect(),
-        }
-    };
-    (0..(seconds * rate_hz) as usize).map(frame).collect()
 }

@@ -1,27 +1,23 @@
-//! What the listening sinks add, from the fusion thread to their clients: `cargo run --release -p posefuse-sinks --example latency_net`.
+//! Sinks that listen: four clients of each read everything, and in a second run one more comes that never reads.
 //!
-//! Two simulated people at 30 frames a second for 20 s; four clients of each sink read everything, and in a second run one more
-//! comes that never reads. Two figures each: what the server's status says (until the operating system has the bytes), and
-//! what clients see (until they have the message), 50th and 99th percentile, milliseconds.
+//! Two figures each: what the server's status says (until the operating system has the bytes), and what clients see (until they
+//! have the message).
 
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use futures_util::{SinkExt, StreamExt};
-use posefuse_simulator::motion::{Cast, Performance, Situation};
 use posefuse_sinks::{Config, Tap};
-use posefuse_skeleton::{
-    Confidence, JointState, Provenance, RoomFrame, SensorId, SensorSet, Timestamp, Track, TrackId,
-};
+use posefuse_skeleton::RoomFrame;
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 
+use crate::figures::share;
+
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
-const SECONDS: u64 = 20;
-const FRAME: Duration = Duration::from_nanos(33_333_333);
 const CLIENTS: usize = 4;
 
 /// When each frame was offered, and how long each took to each client, milliseconds.
@@ -31,18 +27,25 @@ struct Journal {
     taken_ms: Mutex<Vec<f64>>,
 }
 
-#[tokio::main]
-async fn main() -> Result<()> {
+pub(crate) async fn measure_all(frames: Arc<[RoomFrame]>, rate_hz: f64) -> Result<()> {
+    println!("sinks that listen, milliseconds");
     println!("sink       still  status p50   p99   clients p50   p99   lost");
     for (kind, port) in [("websocket", 47401), ("foxglove", 48765)] {
         for still in [false, true] {
-            measure(kind, SocketAddr::from(([127, 0, 0, 1], port)), still).await?;
+            let address = SocketAddr::from(([127, 0, 0, 1], port));
+            measure(kind, address, still, frames.clone(), rate_hz).await?;
         }
     }
     Ok(())
 }
 
-async fn measure(kind: &str, address: SocketAddr, still: bool) -> Result<()> {
+async fn measure(
+    kind: &str,
+    address: SocketAddr,
+    still: bool,
+    frames: Arc<[RoomFrame]>,
+    rate_hz: f64,
+) -> Result<()> {
     let mut config = Config::default();
     (config.websocket.listen, config.foxglove.listen) = (address, address);
     let (sinks, tap, hub) = posefuse_sinks::open(&config)?;
@@ -59,7 +62,7 @@ async fn measure(kind: &str, address: SocketAddr, still: bool) -> Result<()> {
         false => None,
     };
     let playing = journal.clone();
-    tokio::task::spawn_blocking(move || play(&tap, &playing)).await?;
+    tokio::task::spawn_blocking(move || play(&tap, &playing, &frames, rate_hz)).await?;
     let _ = hub.await;
     tokio::time::sleep(Duration::from_millis(200)).await;
     let all = sinks.statuses().into_iter();
@@ -124,54 +127,19 @@ async fn read(mut client: tokio_tungstenite::WebSocketStream<TcpStream>, journal
     }
 }
 
-fn play(tap: &Tap, journal: &Journal) {
-    let people = Performance::procedural(Cast {
-        seed: 1,
-        people: 2,
-        area_m: 2.6,
-        hugs: false,
-        situation: Situation::Everyday,
-        away_s: 0.0,
-    });
+fn play(tap: &Tap, journal: &Journal, frames: &[RoomFrame], rate_hz: f64) {
     let begun = Instant::now() + Duration::from_millis(300);
-    for number in 0..SECONDS * 30 {
-        let due = begun + FRAME * number as u32;
+    for (number, frame) in frames.iter().enumerate() {
+        let due = begun + Duration::from_secs_f64(number as f64 / rate_hz);
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
-        let seconds = number as f64 / 30.0;
-        let frame = RoomFrame {
-            number,
-            time: Timestamp::from_seconds(seconds),
-            look_ahead_ns: 0,
-            tracks: (0..2)
-                .map(|person| track(&people, person, seconds))
-                .collect(),
-        };
         lock(&journal.offered).push(Instant::now());
-        tap.offer(&frame, || 0);
-    }
-}
-
-fn track(people: &Performance, person: usize, seconds: f64) -> Track {
-    let sensors = SensorId::new(0).map_or(SensorSet::EMPTY, SensorSet::only);
-    Track {
-        id: TrackId(person as u64 + 1),
-        since: Timestamp::ZERO,
-        sensors,
-        skeleton: people.pose(person, seconds).map(|_, position| JointState {
-            position: *position,
-            covariance: nalgebra::Matrix3::from_diagonal_element(1e-4),
-            confidence: Confidence::FULL,
-            provenance: Provenance::Measured(sensors),
-        }),
-        hands: [None; 2],
+        tap.offer(frame, || 0);
     }
 }
 
 fn percentiles(journal: &Journal) -> [f64; 2] {
-    let mut all = lock(&journal.taken_ms).clone();
-    all.sort_by(f64::total_cmp);
-    let at = |share: f64| all.get(((all.len().max(1) - 1) as f64 * share).round() as usize);
-    [0.5, 0.99].map(|share| at(share).copied().unwrap_or(f64::NAN))
+    let all = lock(&journal.taken_ms).clone();
+    [0.5, 0.99].map(|of| share(&all, of))
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
