@@ -29,10 +29,10 @@ impl Pace {
         if time.plus_ns(self.interval_ns / 10) < self.next {
             return false;
         }
-        self.next = self
-            .next
-            .max(time.plus_ns(-self.interval_ns))
-            .plus_ns(self.interval_ns);
+        // A little late is made up for; after a pause it begins anew.
+        let is_late = self.next < time.plus_ns(-self.interval_ns);
+        let due = if is_late { time } else { self.next };
+        self.next = due.plus_ns(self.interval_ns);
         true
     }
 }

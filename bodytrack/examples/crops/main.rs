@@ -8,6 +8,7 @@
 //! sensors of several kinds, alone or in each other's way, cut off by the image's border or a desk, and the mask that cuts
 //! them out has the faults that a real segmentation has.
 
+mod alter;
 mod chance;
 mod hands;
 mod mask;

@@ -1,25 +1,27 @@
-//! Poses to draw from: recorded ones on bodies of any size, limbs of one recording on the trunk of another, and the
-//! simulator's own.
+//! Poses to draw from: recorded ones on bodies of any size, altered ones, and the simulator's own.
 
 use std::error::Error;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use posefuse_simulator::depth::retargeted;
 use posefuse_simulator::load::{find, load};
 use posefuse_simulator::motion::{BodyShape, Cast, Clip, Performance, Situation};
-use posefuse_skeleton::{ARMS, Joint, JointMap, Position, Room};
+use posefuse_skeleton::{JointMap, Position, Room};
 
+use crate::alter;
 use crate::chance::Chance;
 
-type Pose = JointMap<Position<Room>>;
+pub(crate) type Pose = JointMap<Position<Room>>;
 
-/// Share of the simulator's own poses, and of recorded ones that get other arms.
+/// Share of the simulator's own poses, and of those that are altered in each way.
 const MADE: f64 = 0.3;
 const OTHER_ARMS: f64 = 0.25;
 const FREE_ARMS: f64 = 0.2;
+const OTHER_LEGS: f64 = 0.2;
+const BENT: f64 = 0.15;
+const TILTED: f64 = 0.08;
 
 /// Which part of the split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,11 +108,7 @@ impl Poses {
     pub(crate) fn draw(&self, chance: &mut Chance) -> Pose {
         loop {
             let shape = shape(chance);
-            let pose = if chance.with(MADE) {
-                self.made_pose(chance)
-            } else {
-                self.recorded(chance)
-            };
+            let pose = self.any(chance);
             let altered = if self.subset == Subset::Train {
                 self.altered(pose, chance)
             } else {
@@ -135,19 +133,31 @@ impl Poses {
         performance.pose(person, chance.between(0.0, 240.0))
     }
 
-    fn altered(&self, pose: Pose, chance: &mut Chance) -> Option<Pose> {
+    /// As nobody stood in any recording: limbs of another pose or anyhow, bent, tilted.
+    fn altered(&self, mut pose: Pose, chance: &mut Chance) -> Option<Pose> {
         if chance.with(OTHER_ARMS) {
-            let other = if chance.with(MADE) {
-                self.made_pose(chance)
-            } else {
-                self.recorded(chance)
-            };
-            return with_arms_of(pose, &other);
+            pose = alter::with_arms_of(pose, &self.any(chance))?;
+        } else if chance.with(FREE_ARMS) {
+            pose = alter::with_free_arms(pose, chance)?;
         }
-        if chance.with(FREE_ARMS) {
-            return with_free_arms(pose, chance);
+        if chance.with(OTHER_LEGS) {
+            pose = alter::with_legs_of(pose, &self.any(chance))?;
+        }
+        if chance.with(BENT) {
+            pose = alter::bent(pose, chance)?;
+        }
+        if chance.with(TILTED) {
+            pose = alter::tilted(pose, chance)?;
         }
         Some(pose)
+    }
+
+    fn any(&self, chance: &mut Chance) -> Pose {
+        if chance.with(MADE) {
+            self.made_pose(chance)
+        } else {
+            self.recorded(chance)
+        }
     }
 }
 
@@ -211,88 +221,6 @@ fn shape(chance: &mut Chance) -> BodyShape {
     vary(&mut shape.shoulder_half, 0.05);
     vary(&mut shape.hip_half, 0.05);
     shape
-}
-
-/// From the chest's axes (x forward, y left, z up) to the room's.
-fn chest(pose: &Pose) -> Option<UnitQuaternion<f64>> {
-    let at = |joint: Joint| pose[joint].map(|p| p.vector());
-    let up = (at(Joint::SpineShoulder)? - at(Joint::SpineMid)?).try_normalize(1e-6)?;
-    let left = at(Joint::ShoulderLeft)? - at(Joint::ShoulderRight)?;
-    let left = (left - up * left.dot(&up)).try_normalize(1e-6)?;
-    let axes = Matrix3::from_columns(&[left.cross(&up), left, up]);
-    Some(UnitQuaternion::from_matrix(&axes))
-}
-
-fn with_arms_of(mut pose: Pose, other: &Pose) -> Option<Pose> {
-    let turn = chest(&pose)? * chest(other)?.inverse();
-    for arm in ARMS {
-        let (here, there) = (pose[arm[0]]?.vector(), other[arm[0]]?.vector());
-        for joint in arm {
-            let way = turn * (other[joint]?.vector() - there);
-            pose[joint] = Some(Position::from_vector(here + way));
-        }
-    }
-    Some(pose)
-}
-
-/// Arms in any direction in which a shoulder lets them be, hands anyhow. Those that would go through the trunk stay as they were.
-fn with_free_arms(mut pose: Pose, chance: &mut Chance) -> Option<Pose> {
-    let chest = chest(&pose)?;
-    let (mid, top) = (
-        pose[Joint::SpineMid]?.vector(),
-        pose[Joint::SpineShoulder]?.vector(),
-    );
-    for (side, arm) in [1.0, -1.0].into_iter().zip(ARMS) {
-        let shoulder = pose[arm[0]]?.vector();
-        let any = Vector3::new(
-            chance.normal() + 0.4,
-            chance.normal(),
-            chance.normal() - 0.2,
-        );
-        let mut upper = chest.inverse() * (chest * any).try_normalize(1e-3)?;
-        upper.y = side * (upper.y * side).max(-0.25);
-        let upper = chest * upper.try_normalize(1e-3)?;
-        // The forearm bends forwards and inwards.
-        let bend = chance.between(0.05, 2.4);
-        let towards = chest
-            * Vector3::new(
-                1.0 + 0.6 * chance.normal(),
-                -0.6 * side * chance.unit(),
-                0.7 * chance.normal(),
-            );
-        let across = (towards - upper * towards.dot(&upper)).try_normalize(1e-3)?;
-        let fore = upper * bend.cos() + across * bend.sin();
-        let palm = (fore + across * (0.4 * chance.normal())).try_normalize(1e-3)?;
-        let thumb = palm.cross(&Vector3::new(
-            chance.normal(),
-            chance.normal(),
-            chance.normal(),
-        ));
-        let thumb = (palm + thumb.try_normalize(1e-3)? * 0.8).try_normalize(1e-3)?;
-        let elbow = shoulder + upper * 0.29;
-        let wrist = elbow + fore * 0.25;
-        let hand = wrist + palm * 0.09;
-        let through = [elbow, wrist, hand].iter().any(|at| {
-            let along = (at - mid).dot(&(top - mid)) / (top - mid).norm_squared();
-            let off = chest.inverse() * (at - mid.lerp(&top, along));
-            (-1.0..1.1).contains(&along) && (off.x / 0.14).hypot(off.y / 0.17) < 1.0
-        });
-        if through {
-            continue;
-        }
-        let points = [
-            shoulder,
-            elbow,
-            wrist,
-            hand,
-            hand + palm * 0.08,
-            wrist + thumb * 0.07,
-        ];
-        for (joint, at) in arm.into_iter().zip(points) {
-            pose[joint] = Some(Position::from_vector(at));
-        }
-    }
-    Some(pose)
 }
 
 /// A shell's pattern in which `*` stands for anything, `/` too, and `[3-9]` for one of these.

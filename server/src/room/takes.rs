@@ -91,18 +91,13 @@ impl Takes {
                 ..TakeInfo::default()
             },
         };
-        let name = recording.name.clone();
-        *current = None;
-        drop(current);
-        tracing::error!(
-            take = name,
-            trouble = info.trouble,
-            "the take ended by itself"
-        );
+        let (name, trouble) = (&recording.name, info.trouble);
+        tracing::error!(take = name, trouble, "the take ended by itself");
+        // Before the take is gone, or a status between says neither.
         self.add_trouble(format!(
-            "{civil_time}: take `{name}` ended by itself: {}",
-            info.trouble
+            "{civil_time}: take `{name}` ended by itself: {trouble}"
         ));
+        *current = None;
     }
 
     /// The running take's list entry.
