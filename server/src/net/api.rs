@@ -1,7 +1,7 @@
 //! `/api`: starting and stopping takes, and the room's state, as JSON over plain HTTP, for programs without gRPC.
 //!
-//! Errors are answered as `{"error": "what to do"}` with a status that fits: 400 the request, 409 not now, 503 the server
-//! is stopping.
+//! Errors are answered as `{"error": "what to do"}` with a status that fits: 400 the request, 404 no such take, 409 not now,
+//! 503 the server is stopping, 507 the disk is full, 500 anything else.
 
 use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, State};
