@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::axes::{Axes, Space, Unit};
+use crate::Axes;
 use crate::choice::choices;
+use crate::space::{Space, Unit};
 
 choices! {
     /// A kind of file.

@@ -16,7 +16,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod axes;
 mod body;
 mod choice;
 mod draft;
@@ -32,18 +31,20 @@ mod resample;
 mod run;
 mod scan;
 mod source;
+mod space;
 mod targets;
 mod who;
 mod write;
 
-pub use axes::{Axes, Space, Unit};
 pub use error::{ExportError, Result};
 pub use format::Format;
 pub use names::Names;
 pub use options::Options;
 pub use plan::USUAL_RATES_HZ;
+pub use posefuse_skeleton::Axes;
 pub use preset::Preset;
 pub use report::{FileReport, PersonReport, Report};
 pub use run::{Phase, Progress, export};
 pub use source::Source;
+pub use space::{Space, Unit};
 pub use who::Who;

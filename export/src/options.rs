@@ -1,8 +1,9 @@
 //! What is to be exported, and how: checked before anything is read.
 
-use crate::axes::{Axes, Space, Unit};
+use crate::Axes;
 use crate::format::Format;
 use crate::preset::Preset;
+use crate::space::{Space, Unit};
 use crate::{ExportError, Names, Result, Source};
 use posefuse_kinematics::Config;
 

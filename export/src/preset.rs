@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Axes;
 use crate::Names;
-use crate::axes::{Axes, Space, Unit};
 use crate::choice::choices;
 use crate::format::Format;
+use crate::space::{Space, Unit};
 
 choices! {
     /// A tool, and with it format, axes, unit, bone names and rate.

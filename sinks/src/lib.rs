@@ -6,7 +6,6 @@
 //!
 //! Each kind has a file or folder with its settings, its wire format and its task; `sink.rs` is what it must do.
 
-mod axes;
 mod bone_frames;
 mod config;
 mod foxglove;
@@ -31,7 +30,6 @@ mod websocket;
 mod zenoh;
 
 pub use crate::zenoh::{Mode as ZenohMode, Settings as ZenohSettings};
-pub use axes::Axes;
 pub use config::{Config, SettingsError};
 pub use foxglove::Settings as FoxgloveSettings;
 pub use frame::LiveFrame;
@@ -42,6 +40,7 @@ pub use lsl::Settings as LslSettings;
 pub use meter::{SinkState, SinkStatus};
 pub use osc::{Person as OscPerson, Settings as OscSettings};
 pub use pace::{FramePace, Pace};
+pub use posefuse_skeleton::Axes;
 pub use queue::Frames;
 pub use switch::{Sinks, SwitchError};
 pub use vmc::{Settings as VmcSettings, Travel as VmcTravel};

@@ -120,6 +120,15 @@ pub const ARMS: [[Joint; 6]; 2] = {
     ]
 };
 
+/// The joints of the left and the right leg, from the hip down.
+pub const LEGS: [[Joint; 4]; 2] = {
+    use Joint::*;
+    [
+        [HipLeft, KneeLeft, AnkleLeft, FootLeft],
+        [HipRight, KneeRight, AnkleRight, FootRight],
+    ]
+};
+
 /// For each joint the one on the other side.
 const MIRRORED: [Joint; JOINT_COUNT] = {
     let mut table = Joint::ALL;

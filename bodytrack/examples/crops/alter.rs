@@ -3,19 +3,10 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use posefuse_skeleton::{ARMS, Joint, Position};
+use posefuse_skeleton::{ARMS, Joint, LEGS, Position};
 
 use crate::chance::Chance;
 use crate::poses::Pose;
-
-/// From the hip down.
-const LEGS: [[Joint; 4]; 2] = {
-    use Joint::*;
-    [
-        [HipLeft, KneeLeft, AnkleLeft, FootLeft],
-        [HipRight, KneeRight, AnkleRight, FootRight],
-    ]
-};
 
 /// From the chest's axes (x forward, y left, z up) to the room's.
 fn chest(pose: &Pose) -> Option<UnitQuaternion<f64>> {

@@ -17,9 +17,9 @@ use std::io::{self, BufWriter};
 use posefuse_kinematics::{HandState, Rig, RigPose};
 use posefuse_skeleton::{Joint, Room, Skeleton};
 
-use crate::axes::Space;
 use crate::format::Format;
 use crate::plan::Plan;
+use crate::space::Space;
 use crate::{Names, Who};
 
 pub(crate) type Out = BufWriter<File>;

@@ -45,7 +45,7 @@ impl Sampler {
             };
             for (joint, values) in Joint::ALL.iter().zip(sample.chunks_mut(OF_JOINT)) {
                 if let Some(at) = self.joints.of(*person, *joint) {
-                    let at = self.axes.vector(at.vector());
+                    let at = self.axes.from_room() * at.vector();
                     for (value, coordinate) in values.iter_mut().zip(at.iter()) {
                         *value = *coordinate as f32;
                     }
@@ -84,16 +84,10 @@ pub(super) fn stream(settings: &Settings, slot: usize) -> Stream {
         channels.push(channel(label, joint.name(), "Confidence", "normalized"));
     }
     channels.push(channel("Person".to_owned(), "", "Id", "none"));
-    let axes = match settings.axes {
-        Axes::Room => "X forward, Y left, Z up, right-handed",
-        Axes::YUp => "Z forward, X left, Y up, right-handed",
-        Axes::Unity => "Z forward, X right, Y up, left-handed",
-        Axes::Unreal => "X forward, Y right, Z up, left-handed",
-    };
     let system = vec![
         text("manufacturer", "Posefuse"),
         text("model", concat!("posefuse ", env!("CARGO_PKG_VERSION"))),
-        Node::Group("settings", vec![text("axes", axes)]),
+        Node::Group("settings", vec![text("axes", settings.axes.in_words())]),
     ];
     Stream {
         source_id: format!("posefuse {name}"),

@@ -109,7 +109,7 @@ impl Speech {
             let state = track.skeleton[joint].as_ref();
             let address = |what: &str| format!("/skel/{number}/{}/{what}", joint.name());
             if let Some(at) = self.settings.joints.of(person, joint) {
-                let at = self.settings.axes.vector(at.vector());
+                let at = self.settings.axes.from_room() * at.vector();
                 to.push(floats(address("pos"), [at.x, at.y, at.z]));
             }
             if self.settings.confidence {

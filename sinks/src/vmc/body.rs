@@ -117,8 +117,9 @@ fn pose(
     offset: Vector3<f64>,
     rotation: &UnitQuaternion<f64>,
 ) -> Vec<u8> {
-    let place = Axes::Unity.vector(offset);
-    let numbers = place.iter().copied().chain(Axes::Unity.rotation(rotation));
+    let place = Axes::Unity.from_room() * offset;
+    let turn = Axes::Unity.rotation(rotation);
+    let numbers = place.iter().copied().chain(turn.coords.iter().copied());
     let numbers = numbers.map(|number| OscType::Float(number as f32));
     let name = OscType::String(name.to_owned());
     message(address, std::iter::once(name).chain(numbers).collect())
