@@ -1,6 +1,7 @@
 """What our Python package reads of a room and does to it: takes, calibration, state; against a real server with simulated sensors."""
 import json
 import pathlib
+import socket
 import subprocess
 import sys
 import time
@@ -115,6 +116,17 @@ def test_outputs_are_switched(reader):
     reader.switch_output("vmc", False)
     assert state() == room_pb2.SINK_STATE_OFF
     assert code_of(lambda: reader.switch_output("fax", True))[0] == "NOT_FOUND"
+
+
+def test_a_machine_that_says_nothing_is_not_an_empty_room(client):
+    import posefuse
+
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        silent.listen()
+        with posefuse.Room(f"127.0.0.1:{silent.getsockname()[1]}") as nobody:
+            code, words = code_of(lambda: list(nobody.watch(seconds=0.5)))
+    assert code in ("DEADLINE_EXCEEDED", "UNAVAILABLE") and "nothing answers" in words
 
 
 def test_takes_are_recorded_described_listed_and_replayed(live, reader):

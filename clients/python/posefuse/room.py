@@ -211,14 +211,18 @@ class Room:
         self, method: Callable[..., Any], request: Any, shape: Callable[[Any], _Item], seconds: float | None = None
     ) -> Generator[_Item, None, None]:
         """What a call streams, each message in our own shape; closing this ends the call."""
-        call = method(request, timeout=seconds)
+        call, heard = method(request, timeout=seconds), False
         try:
             for message in call:
+                heard = True
                 yield shape(message)
         except grpc.RpcError as error:
             over = seconds is not None and call.code() is grpc.StatusCode.DEADLINE_EXCEEDED
             if not over and call.code() is not grpc.StatusCode.CANCELLED:
                 raise self._failed(error) from None
+            if over and not heard:
+                # A room without people looks the same as a machine that is not there.
+                self.status(1.0)
         finally:
             call.cancel()
 
