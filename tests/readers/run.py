@@ -112,6 +112,8 @@ def main(posefuse: str, tools: pathlib.Path, folder: pathlib.Path, wanted: list[
     print(f"{'what, by whom':46} {'people':>6} {'places':>7} {'worst mm':>9} {'neck m':>6} {'lean':>5} {'path m':>6}")
     for lines, _ in outcomes:
         print("\n".join(lines))
+    skipped = [reader.name for reader, (lines, _) in zip(readers, outcomes) if lines[0].startswith("SKIPPED")]
+    print(f"readers: {len(readers) - len(skipped)} ran" + (f", SKIPPED: {', '.join(skipped)}" if skipped else ""))
     troubles = [trouble for _, found in outcomes for trouble in found]
     print("\n".join(troubles), end="\n" if troubles else "")
     return 1 if troubles else 0
