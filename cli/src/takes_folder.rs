@@ -92,7 +92,7 @@ impl Located {
         let storage = DiskStorage::for_reading(&self.folder);
         TakeReader::open(&storage, &self.name).map_err(|error| match error {
             TakeError::Unfinished(_) => {
-                anyhow!("{error}; `posefuse takes recover` repairs it at once")
+                anyhow!("{error}, or run `posefuse takes recover`")
             }
             error => error.into(),
         })

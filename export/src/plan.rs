@@ -6,7 +6,7 @@ use posefuse_session::{TakeHeader, TakeReader};
 use posefuse_skeleton::{Room, Skeleton, Timestamp};
 
 use crate::scan::{Scan, Seeing, Span};
-use crate::{ExportError, Options, Progress, Result, Who};
+use crate::{ExportError, Options, Progress, Result, Source, Who};
 
 /// Rates that recordings usually have, frames per second. A take whose own rate is near one is exported with it.
 pub const USUAL_RATES_HZ: [f64; 10] =
@@ -82,6 +82,7 @@ impl Plan {
         let header = take.header().clone();
         let (from, to) = span_of(&header, options);
         let Scan { mut people, steps } = Scan::of(take, options, (from, to), learn, progress)?;
+        let calibrated = header.calibration.is_some();
         let nobody = |reason: String| ExportError::Nobody {
             take: header.name.clone(),
             reason,
@@ -90,7 +91,7 @@ impl Plan {
         let found: Vec<String> = people.keys().map(Who::to_string).collect();
         let (people, passers_by) = chosen(people, options);
         let Some(first) = people.iter().map(|(_, span)| span.first).min() else {
-            return Err(nobody(why_nobody(&found, passers_by, options)));
+            return Err(nobody(why_nobody(&found, passers_by, calibrated, options)));
         };
         let grid = Grid {
             start: from.unwrap_or(first),
@@ -103,7 +104,7 @@ impl Plan {
         };
         let people: Vec<Presence> = people.into_iter().filter_map(present).collect();
         if people.is_empty() {
-            return Err(nobody(why_nobody(&found, found.len(), options)));
+            return Err(nobody(why_nobody(&found, found.len(), calibrated, options)));
         }
         Ok(Self {
             header,
@@ -190,10 +191,21 @@ fn chosen(people: BTreeMap<Who, Seeing>, options: &Options) -> (Vec<(Who, Span)>
     )
 }
 
-fn why_nobody(found: &[String], passers_by: usize, options: &Options) -> String {
+fn why_nobody(found: &[String], passers_by: usize, calibrated: bool, options: &Options) -> String {
     if found.is_empty() {
+        let span = match (options.from_s, options.to_s) {
+            (None, None) => "",
+            _ => " in the span that was asked for",
+        };
+        let remedy = match (calibrated, options.source) {
+            (false, Source::Fused) => {
+                "it was recorded without a calibration, so nothing was fused: `posefuse calibrate --from` finds one in it, and \
+                 `posefuse refuse --calibration` fuses it into a take that can be exported"
+            }
+            _ => "`posefuse takes show` says what is in it",
+        };
         return format!(
-            "no frame of the source `{}` shows anybody in the span that was asked for; `posefuse takes show` says what is in it",
+            "no frame of the source `{}` shows anybody{span}; {remedy}",
             options.source
         );
     }

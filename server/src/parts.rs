@@ -57,6 +57,14 @@ impl dyn Clock {
         jiff::Timestamp::from_second(seconds)
             .map_or_else(|_| String::new(), |time| time.to_string())
     }
+
+    /// Civil time now where the server stands, as a name that sorts by time.
+    pub(crate) fn local_name(&self) -> String {
+        let seconds = self.unix_ns().div_euclid(1_000_000_000);
+        let local = jiff::Timestamp::from_second(seconds).unwrap_or_default();
+        let local = local.to_zoned(jiff::tz::TimeZone::system());
+        local.strftime("%Y-%m-%d_%H-%M-%S").to_string()
+    }
 }
 
 /// Tokio's clock: the machine's monotonic one, or a simulated network's inside of one. Zero when it was made.

@@ -1,8 +1,9 @@
 //! Counting what went into a take, for its list entry; the same when recording and when recovering.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use posefuse_fusion::Input;
+use posefuse_skeleton::SensorId;
 
 use crate::{Event, Recorded, TakeInfo};
 
@@ -11,7 +12,10 @@ use crate::{Event, Recorded, TakeInfo};
 pub(crate) struct Tally {
     pub(crate) frames: u64,
     people: usize,
-    sensors: BTreeSet<String>,
+    /// Everybody who greeted.
+    names: BTreeMap<SensorId, String>,
+    /// Who delivered.
+    sensors: BTreeSet<SensorId>,
     latest_unix_ns: u64,
     dropped_inputs: u64,
     dropped_outputs: u64,
@@ -34,8 +38,14 @@ impl Tally {
     }
 
     pub(crate) fn count_input(&mut self, input: &Input) {
-        if let Input::Sensor(info) = input {
-            self.sensors.insert(info.name.clone());
+        match input {
+            Input::Sensor(info) => {
+                self.names.insert(info.id, info.name.clone());
+            }
+            Input::Observation(observation) => {
+                self.sensors.insert(observation.sensor);
+            }
+            _ => {}
         }
     }
 
@@ -59,7 +69,9 @@ impl Tally {
         info.dropped = self.dropped_inputs;
         info.dropped_outputs = self.dropped_outputs;
         info.people = u32::try_from(self.people).unwrap_or(u32::MAX);
-        info.sensors = self.sensors.iter().cloned().collect();
+        let names = self.sensors.iter().filter_map(|id| self.names.get(id));
+        info.sensors = names.cloned().collect();
+        info.sensors.sort_unstable();
         let duration = self.latest_unix_ns.saturating_sub(start_unix_ns);
         info.duration_ns = i64::try_from(duration).unwrap_or(i64::MAX);
     }

@@ -28,7 +28,7 @@ pub struct Config {
 
 /// A setting that cannot work.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("`sinks.{key}`: {expected}")]
+#[error("`sinks.{key}`: expected {expected}")]
 pub struct SettingsError {
     /// The key below `sinks`.
     pub key: String,

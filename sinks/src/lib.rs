@@ -6,6 +6,7 @@
 //!
 //! Each kind has a file or folder with its settings, its wire format and its task; `sink.rs` is what it must do.
 
+mod address;
 mod bone_frames;
 mod config;
 mod foxglove;

@@ -24,6 +24,7 @@ const TEN_MINUTES: u64 = 10 * SHORT_MINUTE + SKIPPED;
 
 /// How many frames a second has, and how they are labelled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "Written")]
 pub enum TimecodeRate {
     /// Film.
     #[serde(rename = "24")]
@@ -44,6 +45,27 @@ pub enum TimecodeRate {
     /// Sixty.
     #[serde(rename = "60")]
     Fps60,
+}
+
+/// A rate as people write it: `"29.97df"`, `"25"` or 25.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Written {
+    Word(String),
+    Whole(u32),
+    Fraction(f64),
+}
+
+impl TryFrom<Written> for TimecodeRate {
+    type Error = TimecodeError;
+
+    fn try_from(written: Written) -> Result<Self, TimecodeError> {
+        match written {
+            Written::Word(word) => word.parse(),
+            Written::Whole(rate) => rate.to_string().parse(),
+            Written::Fraction(rate) => rate.to_string().parse(),
+        }
+    }
 }
 
 impl TimecodeRate {

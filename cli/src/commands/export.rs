@@ -275,7 +275,12 @@ fn takes_of(folder: &Path) -> anyhow::Result<Vec<Located>> {
 }
 
 fn tell(report: &Report) -> anyhow::Result<()> {
-    let seconds = |person: &PersonReport| format!("{:.1} to {:.1} s", person.from_s, person.to_s);
+    // Not "-0.0".
+    let rounded = |seconds: f64| (seconds * 10.0).round() / 10.0 + 0.0;
+    let seconds = |person: &PersonReport| {
+        let [from, to] = [person.from_s, person.to_s].map(rounded);
+        format!("{from:.1} to {to:.1} s")
+    };
     let people = report.people.iter();
     let people = people.map(|person| format!("{} ({})", person.person, seconds(person)));
     line(format!(

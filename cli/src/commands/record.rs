@@ -1,7 +1,9 @@
 //! `posefuse record`: one take, from now until Ctrl-C or for a given time.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
+use anyhow::anyhow;
 use clap::Args;
 use posefuse_proto::v1::{
     GetStatusRequest, RoomStatus, SensorState, StartTakeRequest, StopTakeRequest, Take,
@@ -56,9 +58,16 @@ pub(crate) async fn run(args: &RecordArgs, global: &Global) -> anyhow::Result<Ou
         started.name
     ));
     let limit = args.seconds.map(Duration::from_secs_f64);
-    let lost = follow(&mut client, limit, &stop).await.err();
+    let lost = follow(&mut client, &status, limit, &stop).await.err();
     let take = match client.stop_take(StopTakeRequest {}).await {
         Ok(take) => take.into_inner(),
+        Err(status) if room::went_away(&status) => {
+            return Err(anyhow!(
+                "the server went away while it recorded `{}`; what came until then is kept, and repaired when the server \
+                 starts again: `posefuse takes` lists it",
+                started.name
+            ));
+        }
         Err(status) => return Err(lost.unwrap_or_else(|| room::refused(&status))),
     };
     if global.json {
@@ -91,6 +100,10 @@ pub(crate) fn summary(take: &Take, folder: &str) -> anyhow::Result<()> {
         bytes(take.size_bytes),
     ))?;
     line(format!("     {folder}/{}.mcap", take.name))?;
+    line(format!(
+        "     posefuse export {} --preset blender   writes files; --help lists the other programs",
+        take.name
+    ))?;
     if take.dropped > 0 {
         output::warn(&format!(
             "{} inputs did not reach the file: the disk did not keep up; record to a faster one",
@@ -119,13 +132,25 @@ fn warn_of_what_is_missing(status: &RoomStatus) {
         .for_each(|trouble| output::warn(trouble));
 }
 
+/// The names of those that deliver.
+fn live_sensors(status: &RoomStatus) -> BTreeSet<String> {
+    let live = status
+        .sensors
+        .iter()
+        .filter(|sensor| sensor.state() == SensorState::Live);
+    live.filter_map(|sensor| Some(sensor.info.as_ref()?.name.clone()))
+        .collect()
+}
+
 /// Shows the running time until the end comes, or until the server ended the take by itself.
 async fn follow(
     client: &mut Room,
+    status: &RoomStatus,
     limit: Option<Duration>,
     stop: &CancellationToken,
 ) -> anyhow::Result<()> {
     let running = progress::spinner("recording");
+    let mut live = live_sensors(status);
     let begun = tokio::time::Instant::now();
     let end = async {
         match limit {
@@ -144,6 +169,16 @@ async fn follow(
             Ok(status) => status.into_inner(),
             Err(status) => break Err(room::refused(&status)),
         };
+        let now = live_sensors(&status);
+        for name in live.difference(&now) {
+            output::warn(&format!(
+                "{name} delivers nothing any more; the take goes on without it"
+            ));
+        }
+        for name in now.difference(&live) {
+            output::note(format!("{name} delivers"));
+        }
+        live = now;
         let Some(take) = status.recording else {
             output::warn("the server ended the take by itself");
             break Ok(());

@@ -1,13 +1,19 @@
 //! `posefuse sinks`: the live outputs of a server, on and off.
 
+use std::time::Duration;
+
 use clap::{Args, Subcommand};
-use posefuse_proto::v1::{SinkState, SinkStatus, SwitchSinkRequest};
+use posefuse_proto::v1::{GetStatusRequest, SinkState, SinkStatus, SwitchSinkRequest};
 use serde::Serialize;
 
 use crate::failure::Outcome;
 use crate::global::Global;
 use crate::output::{self, Style, line, paint, print_table};
-use crate::room::{self, DEFAULT_URL, ServerUrl};
+use crate::room::{self, DEFAULT_URL, Room, ServerUrl};
+
+/// How often an output that was switched on is looked at again before it is taken to run.
+const LOOKS: u32 = 4;
+const BETWEEN_LOOKS: Duration = Duration::from_millis(150);
 
 /// List the live outputs of a server, or switch one on or off until the server ends
 ///
@@ -150,7 +156,10 @@ async fn switch(
         .switch_sink(request)
         .await
         .map_err(|status| room::refused(&status))?;
-    let view = SinkView::from(sink.into_inner());
+    let mut view = SinkView::from(sink.into_inner());
+    if on {
+        view = settled(&mut client, view).await;
+    }
     if global.json {
         output::json_pretty(&view)?;
     } else {
@@ -160,9 +169,30 @@ async fn switch(
             state(&view),
             view.place
         ))?;
-        if !view.trouble.is_empty() {
+        if on && !view.trouble.is_empty() {
             output::warn(&view.trouble);
         }
     }
-    Ok(Outcome::Done)
+    Ok(match view.state {
+        "failing" => Outcome::DoneWithLoss,
+        _ => Outcome::Done,
+    })
+}
+
+/// The output when its first try is over: most that cannot work fail at once.
+async fn settled(client: &mut Room, mut view: SinkView) -> SinkView {
+    for _ in 0..LOOKS {
+        if view.state == "failing" {
+            break;
+        }
+        tokio::time::sleep(BETWEEN_LOOKS).await;
+        let Ok(status) = client.get_status(GetStatusRequest {}).await else {
+            break;
+        };
+        let mut all = status.into_inner().sinks.into_iter();
+        if let Some(sink) = all.find(|sink| sink.name == view.name) {
+            view = SinkView::from(sink);
+        }
+    }
+    view
 }

@@ -132,8 +132,13 @@ fn row(take: &TakeView) -> Vec<String> {
         take.sensors.len().to_string(),
         bytes(take.bytes),
         take.slate.clone(),
-        take.notes.clone(),
+        in_a_line(&take.notes),
     ]
+}
+
+/// Notes of several lines would break a table.
+fn in_a_line(notes: &str) -> String {
+    notes.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn state(take: &TakeView) -> String {
@@ -261,7 +266,7 @@ fn describe(details: &TakeDetails) -> anyhow::Result<()> {
         ("sensors", take.sensors.join(", ")),
         ("calibrated", calibrated),
         ("slate", take.slate.clone()),
-        ("notes", take.notes.clone()),
+        ("notes", in_a_line(&take.notes)),
         (
             "dropped",
             if take.dropped > 0 {

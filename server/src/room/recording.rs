@@ -54,10 +54,7 @@ impl Room {
         }
         let started = self.clock.rfc3339();
         let wanted = match request.name.as_str() {
-            "" => started
-                .trim_end_matches('Z')
-                .replace('T', "_")
-                .replace(':', "-"),
+            "" => self.clock.local_name(),
             name => name.to_owned(),
         };
         check_take_name(&wanted).map_err(refused)?;
@@ -137,6 +134,7 @@ impl Room {
             timecode,
             sensors: sensors
                 .iter()
+                .filter(|sensor| sensor.is_connected())
                 .map(|sensor| sensor.name().to_owned())
                 .collect(),
             progress,

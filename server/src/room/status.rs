@@ -100,7 +100,10 @@ fn troubles(room: &Room, sensors: &[v1::SensorStatus]) -> Vec<String> {
 fn of_other_sensors(calibration: &Calibration, sensors: &[v1::SensorStatus]) -> Option<String> {
     let name = |sensor: &v1::SensorStatus| Some(sensor.info.as_ref()?.name.clone());
     let here: Vec<String> = sensors.iter().filter_map(name).collect();
-    let unknown = sensors.iter().filter(|sensor| !sensor.calibrated);
+    // Whoever is gone again may have been a test; there is nothing to calibrate.
+    let is_here = |sensor: &&v1::SensorStatus| sensor.state() != v1::SensorState::Disconnected;
+    let unknown = sensors.iter().filter(is_here);
+    let unknown = unknown.filter(|sensor| !sensor.calibrated);
     let unknown: Vec<String> = unknown.filter_map(name).collect();
     if unknown.is_empty() {
         return None;

@@ -26,6 +26,7 @@ pub struct Settings {
     /// On from the start.
     pub enabled: bool,
     /// Where clients come to.
+    #[serde(deserialize_with = "crate::address::one")]
     pub listen: SocketAddr,
     /// Most frames a second; 0: every one.
     pub rate_hz: f64,

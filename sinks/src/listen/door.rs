@@ -45,7 +45,7 @@ pub(super) fn not_an_origin(origin: &str) -> Option<String> {
     // What browsers say of pages from files, and of sandboxes that any site can make.
     (origin != "null" && is_one().is_none()).then(|| {
         format!(
-            "expected origins such as \"https://example.org\" or \"http://studio.local:8080\", without a path, or \"null\" for pages from files, which lets every web site in; found `{origin}`"
+            "origins such as \"https://example.org\" or \"http://studio.local:8080\", without a path, or \"null\" for pages from files, which lets every web site in; found `{origin}`"
         )
     })
 }

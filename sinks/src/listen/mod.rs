@@ -48,7 +48,7 @@ impl Door {
             return Err(SettingsError::of(kind, "listen", why));
         }
         if self.max_clients == 0 {
-            let expected = "expected at least 1, found 0; to have no clients set `enabled = false`";
+            let expected = "at least 1, found 0; to have no clients set `enabled = false`";
             return Err(SettingsError::of(kind, "max_clients", expected));
         }
         let mut origins = self.allowed_origins.iter();

@@ -93,16 +93,13 @@ impl Sink for LslSink {
         let wrong = |key, expected| Err(SettingsError::of(Kind::Lsl, key, expected));
         let Settings { name, people, .. } = &self.settings;
         if !(1..=MOST_PEOPLE).contains(people) {
-            return wrong(
-                "people",
-                format!("expected 1 to {MOST_PEOPLE}, found {people}"),
-            );
+            return wrong("people", format!("1 to {MOST_PEOPLE}, found {people}"));
         }
         if name.trim().is_empty() || name.chars().any(char::is_control) {
             return wrong(
                 "name",
                 format!(
-                    "expected a name of visible characters, found `{}`",
+                    "a name of visible characters, found `{}`",
                     name.escape_debug()
                 ),
             );

@@ -31,6 +31,7 @@ pub struct Settings {
     /// On from the start.
     pub enabled: bool,
     /// Where packets go: each gets everything.
+    #[serde(deserialize_with = "crate::address::several")]
     pub targets: Vec<SocketAddr>,
     /// Most frames a second; 0: every one.
     pub rate_hz: f64,
@@ -98,21 +99,15 @@ impl Sink for Settings {
             let found = self.targets.len();
             return wrong(
                 "targets",
-                format!("expected 1 to {MOST_TARGETS} addresses, found {found}"),
+                format!("1 to {MOST_TARGETS} addresses, found {found}"),
             );
         }
         if self.targets.iter().any(|target| target.port() == 0) {
-            return wrong(
-                "targets",
-                "expected ports of 1 and more, found 0".to_owned(),
-            );
+            return wrong("targets", "ports of 1 and more, found 0".to_owned());
         }
         if !(1..=MOST_PEOPLE).contains(&self.slots) {
             let found = self.slots;
-            return wrong(
-                "slots",
-                format!("expected 1 to {MOST_PEOPLE}, found {found}"),
-            );
+            return wrong("slots", format!("1 to {MOST_PEOPLE}, found {found}"));
         }
         let mut targets = self.targets.iter();
         match targets.find_map(|target| refused(*target, allow_remote)) {

@@ -31,6 +31,7 @@ pub struct Settings {
     /// On from the start.
     pub enabled: bool,
     /// Where the first person goes; the next ones go to the ports that follow.
+    #[serde(deserialize_with = "crate::address::one")]
     pub target: SocketAddr,
     /// For how many people there are ports, 1 to 16. Who comes when all are taken waits for one.
     pub people: usize,
@@ -95,17 +96,14 @@ impl Sink for Settings {
         let wrong = |key, expected| Err(SettingsError::of(Kind::Vmc, key, expected));
         if !(1..=MOST_PEOPLE).contains(&self.people) {
             let found = self.people;
-            return wrong(
-                "people",
-                format!("expected 1 to {MOST_PEOPLE}, found {found}"),
-            );
+            return wrong("people", format!("1 to {MOST_PEOPLE}, found {found}"));
         }
         let last = usize::from(self.target.port()) + self.people - 1;
         if self.target.port() == 0 || last > usize::from(u16::MAX) {
             let (port, people) = (self.target.port(), self.people);
             return wrong(
                 "target",
-                format!("expected a port that {people} ports begin at, found {port}"),
+                format!("a port that {people} ports begin at, found {port}"),
             );
         }
         match refused(self.target, allow_remote) {

@@ -25,6 +25,7 @@ pub struct Settings {
     /// On from the start.
     pub enabled: bool,
     /// Where clients come to.
+    #[serde(deserialize_with = "crate::address::one")]
     pub listen: SocketAddr,
     /// Most frames a second; 0: every one. A client may ask for fewer.
     pub rate_hz: f64,

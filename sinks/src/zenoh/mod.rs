@@ -98,7 +98,7 @@ impl Sink for Settings {
             }
         }
         if self.connect.is_empty() && (self.mode == Mode::Client || self.listen.is_empty()) {
-            return wrong("connect", "expected a router such as \"tcp/127.0.0.1:7447\", or `mode = \"peer\"` with a `listen`; found neither".to_owned());
+            return wrong("connect", "a router such as \"tcp/127.0.0.1:7447\", or `mode = \"peer\"` with a `listen`; found neither".to_owned());
         }
         let is_part = |part: &str| {
             !part.is_empty()
@@ -110,16 +110,13 @@ impl Sink for Settings {
             return wrong(
                 "key",
                 format!(
-                    "expected names divided by `/`, such as `studio/posefuse`, found `{}`",
+                    "names divided by `/`, such as `studio/posefuse`, found `{}`",
                     self.key
                 ),
             );
         }
         if self.ros_domain > 232 {
-            return wrong(
-                "ros_domain",
-                format!("expected 0 to 232, found {}", self.ros_domain),
-            );
+            return wrong("ros_domain", format!("0 to 232, found {}", self.ros_domain));
         }
         Ok(())
     }
@@ -144,7 +141,7 @@ fn not_allowed(endpoint: &str, allow_remote: bool) -> Option<String> {
     let Some((host, port)) = place.and_then(|(host, port)| Some((host, port.parse::<u16>().ok()?)))
     else {
         return Some(format!(
-            "expected an endpoint such as `tcp/127.0.0.1:7447`, found `{endpoint}`"
+            "an endpoint such as `tcp/127.0.0.1:7447`, found `{endpoint}`"
         ));
     };
     let host = host.trim_start_matches('[').trim_end_matches(']');

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { agentLines, ago, bytes, count, dateTime, duration, fixed, madeFrom, nextTakeName, offset, plural } from "./format";
+import { agentLines, ago, bytes, count, dateTime, duration, exportLine, fixed, madeFrom, nextTakeName, offset, plural } from "./format";
 
 /** Unbreakable spaces as plain ones, to keep the expectations readable. */
 const plain = (text: string) => text.replaceAll(/[\u202f\u00a0]/g, " ");
@@ -58,6 +58,12 @@ describe("names", () => {
     const lines = agentLines("http://127.0.0.1:1234").split("\n");
     expect(lines.map((line) => line.replace("--sensor 1", "--sensor 2"))).toEqual(new Array(2).fill("posefuse agent sim --sensor 2 --server http://127.0.0.1:1234 &"));
     expect(lines[0]).toContain("--sensor 1");
+  });
+
+  it("write a take's files, wherever takes are", () => {
+    expect(exportLine("walk-1", "unity", "/home/ada/takes")).toBe("posefuse export walk-1 --preset unity --takes /home/ada/takes");
+    expect(exportLine("walk-1", "blender", "/my takes")).toBe('posefuse export walk-1 --preset blender --takes "/my takes"');
+    expect(exportLine("walk-1", "blender", "")).toBe("posefuse export walk-1 --preset blender");
   });
 
   it("of methods become plain words", () => {

@@ -81,6 +81,12 @@ export function agentLines(origin: string): string {
   return [1, 2].map((n) => `posefuse agent sim --sensor ${n} --server ${origin} &`).join("\n");
 }
 
+/** The line that writes a take's files for a program; names of folders may have spaces. */
+export function exportLine(take: string, preset: string, folder: string): string {
+  const takes = /^[\w./~:\\-]*$/.test(folder) ? folder : `"${folder}"`;
+  return `posefuse export ${take} --preset ${preset}${takes && ` --takes ${takes}`}`;
+}
+
 /** Where a calibration comes from, in plain words. */
 export function madeFrom(method: string, floor: string): string {
   const walk = method === "svd" || method === "floor";

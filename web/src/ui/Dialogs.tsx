@@ -73,8 +73,8 @@ function ConfigText() {
   return (
     <>
       <p class="muted">
-        Server {status.value?.serverVersion || "–"}, takes go to <code>{status.value?.takeFolder || "–"}</code>. Change it in the
-        server's TOML file.
+        Server {status.value?.serverVersion || "–"}, takes go to <code>{status.value?.takeFolder || "–"}</code>. Change it in{" "}
+        <code>~/.config/posefuse/server.toml</code> on its machine, or the file of its <code>--config</code>, and start it anew.
       </p>
       {text.trouble && <p class="card-trouble warn" role="alert">{text.trouble}</p>}
       <p class="muted">

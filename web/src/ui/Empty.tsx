@@ -1,9 +1,9 @@
 // What to do when there is nothing to see.
 
-import { useState } from "preact/hooks";
 import { agentLines } from "../model/format";
 import { planOpen } from "../state/plan";
-import { calibrateBlocked, calibratedSensors, calibrating, canCalibrate, connection, liveSensors, notify, peopleIds, replay, sensors, status } from "../state/store";
+import { calibrateBlocked, calibratedSensors, calibrating, canCalibrate, connection, liveSensors, peopleIds, replay, sensors, status } from "../state/store";
+import { Command } from "./Command";
 import { openCalibrate } from "./keys";
 
 export function Empty() {
@@ -29,28 +29,13 @@ export function Empty() {
 }
 
 function NoSensor() {
-  const [copied, setCopied] = useState(false);
   const lines = agentLines(location.origin);
   const loopback = ["127.0.0.1", "localhost", "[::1]"].includes(location.hostname);
-  const copy = async () => {
-    try {
-      await navigator.clipboard.writeText(lines);
-      setCopied(true);
-      setTimeout(() => setCopied(false), 2000);
-    } catch {
-      notify("error", "The browser did not let the page copy. Mark the lines and copy them by hand.");
-    }
-  };
   return (
     <div class="view-message" data-testid="empty">
       <h2>No sensor yet</h2>
       <p>To see this room at work with two simulated sensors, run these lines, then press Calibrate:</p>
-      <div class="command">
-        <code data-testid="empty-command">{lines}</code>
-        <button type="button" onClick={() => void copy()}>
-          {copied ? "Copied" : "Copy"}
-        </button>
-      </div>
+      <Command lines={lines} name="empty-command" />
       <p class="muted">
         {loopback
           ? "They work on this machine. On another one, put this server's own address in place of " + location.hostname + "."

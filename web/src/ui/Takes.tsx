@@ -2,11 +2,12 @@
 
 import { useState } from "preact/hooks";
 import { TakeState, type Take } from "../gen/posefuse/v1/room_pb";
-import { bytes, count, dateTime, duration, plural } from "../model/format";
+import { bytes, count, dateTime, duration, exportLine, plural } from "../model/format";
 import { secondsOf } from "../model/frame";
 import { openReplay } from "../state/replay";
-import { connection, replay, takes, takesTrouble } from "../state/store";
+import { connection, replay, status, takes, takesTrouble } from "../state/store";
 import { updateTake } from "../state/takes";
+import { Command } from "./Command";
 
 const STATES: Record<TakeState, { word: string; kind: string }> = {
   [TakeState.COMPLETE]: { word: "Complete", kind: "muted" },
@@ -63,7 +64,36 @@ function TakeRow({ take }: { take: Take }) {
       {take.dropped > 0n && <p class="warn-text">▲ {count(take.dropped)} inputs did not reach the file</p>}
       {take.trouble && <p class={state.kind === "bad" ? "card-trouble bad" : "card-trouble warn"}>{take.trouble}</p>}
       {!recording && <Words take={take} />}
+      {readable && <Export take={take} />}
     </li>
+  );
+}
+
+const PRESETS = ["blender", "unity", "unreal", "motionbuilder", "mixamo", "opensim", "kinect"];
+
+/** Files are written by the program beside the takes, not by the browser: this says how. */
+function Export({ take }: { take: Take }) {
+  const [preset, setPreset] = useState("");
+  if (!preset) {
+    return (
+      <button type="button" class="quiet small" data-testid="export-button" aria-label={`Export ${take.name}`} onClick={() => setPreset("blender")}>
+        Export
+      </button>
+    );
+  }
+  const line = exportLine(take.name, preset, status.value?.takeFolder ?? "");
+  return (
+    <div class="take-export">
+      <label>
+        Files for{" "}
+        <select value={preset} onChange={(e) => setPreset(e.currentTarget.value)}>
+          {PRESETS.map((name) => <option key={name} value={name}>{name}</option>)}
+        </select>
+      </label>
+      <p class="muted">Run this where the server runs:</p>
+      <Command lines={line} name="export-command" />
+      <button type="button" class="quiet small" onClick={() => setPreset("")}>Close</button>
+    </div>
   );
 }
 

@@ -189,7 +189,12 @@ fn pairs(pairs: &[PairView]) -> Vec<Vec<String>> {
     let row = |p: &PairView| {
         vec![
             format!("{} - {}", p.a, p.b),
-            format!("{:.0}", p.before_median_mm),
+            // Of several people at once nothing can be told before they are matched.
+            if p.before_median_mm > 0.0 {
+                format!("{:.0}", p.before_median_mm)
+            } else {
+                dash()
+            },
             format!("{:.0}", p.after_mm),
             format!("{:.0}", p.after_p95_mm),
             format!("{:.0}", p.agreeing_share * 100.0),

@@ -312,6 +312,9 @@ fn again(args: &DemoArgs, take: &str) -> anyhow::Result<()> {
         "\nsee it again   posefuse server{folder}   and pick it from the takes on the dashboard"
     ))?;
     line(format!("what is in it  posefuse takes show {take}{folder}"))?;
+    line(format!(
+        "as files       posefuse export {take} --preset blender{folder}   (or unity, unreal, opensim ...)"
+    ))?;
     line(format!("fuse it again  posefuse refuse {take}{folder}"))?;
     line("in Foxglove    open the .mcap file: the people and the sensors move in its 3D panel")?;
     Ok(())
