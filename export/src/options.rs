@@ -34,6 +34,8 @@ pub struct Options {
     pub unit: Option<Unit>,
     /// What bones are called.
     pub names: Option<Names>,
+    /// Whether joints that no sensor measured with trust are left out of tables, TRC and C3D. Rigs need all.
+    pub only_measured: bool,
     /// Whether every file goes from the first person's first frame to the last one's last, so that several files of a take
     /// line up; otherwise each person's file is as long as they were there.
     pub whole: bool,
@@ -56,6 +58,7 @@ impl Default for Options {
             axes: None,
             unit: None,
             names: None,
+            only_measured: false,
             whole: false,
             bodies: Config::default(),
         }

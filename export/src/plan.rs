@@ -114,6 +114,17 @@ impl Plan {
         })
     }
 
+    /// Those who were asked for and are not in it.
+    pub(crate) fn absent(&self, options: &Options) -> Vec<u64> {
+        let is_there = |number| {
+            self.people
+                .iter()
+                .any(|person| person.who.number() == number)
+        };
+        let asked = options.people.iter().copied();
+        asked.filter(|number| !is_there(*number)).collect()
+    }
+
     /// The frames from the first person's first to the last person's last.
     pub(crate) fn frames(&self) -> (u64, u64) {
         let first = self.people.iter().map(|person| person.first).min();

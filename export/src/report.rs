@@ -22,6 +22,8 @@ pub struct Report {
     pub people: Vec<PersonReport>,
     /// How many more were seen for too short.
     pub passers_by: usize,
+    /// Numbers that were asked for and nobody has in what is exported.
+    pub absent: Vec<u64>,
     /// Who is in no file with a rig, because their trunk is never seen.
     pub without_rig: Vec<Who>,
     /// The files.

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use posefuse_session::TakeReader;
-use posefuse_skeleton::Timestamp;
+use posefuse_skeleton::{Provenance, Timestamp};
 
 use crate::body::{Hands, Learners, Mover};
 use crate::draft::Draft;
@@ -113,6 +113,7 @@ pub fn export(
             .map(|(tally, person)| tally.report(&plan, person))
             .collect(),
         passers_by: plan.passers_by,
+        absent: plan.absent(options),
         without_rig,
         files: reports,
     })
@@ -193,9 +194,15 @@ impl Writing<'_> {
                 true => self.hands[person].step(time, &seen),
                 false => [None; 2],
             };
+            let skeleton = match self.options.only_measured {
+                true => seen.skeleton.filter_map(|_, state| {
+                    matches!(state.provenance, Provenance::Measured(_)).then_some(*state)
+                }),
+                false => seen.skeleton,
+            };
             people.push(Figure {
                 person,
-                skeleton: seen.skeleton,
+                skeleton,
                 hands,
                 pose,
             });

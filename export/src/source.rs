@@ -15,6 +15,9 @@ use serde::{Deserialize, Serialize};
 use crate::choice::choices;
 use crate::{Result, Who};
 
+/// Sensors say less of what they guess: as fusing has it unless told otherwise.
+const TRUSTED: f32 = 0.75;
+
 choices! {
     /// Whose word on the people is exported.
     Source, "source" {
@@ -183,7 +186,9 @@ impl Sensors {
             let who = Who::Body { sensor, number };
             let vote = |closed: Confidence| HandVotes { closed, sensors: 1 };
             let person = Person {
-                skeleton: skeleton.transformed(&room_from_sensor),
+                skeleton: skeleton
+                    .transformed(&room_from_sensor)
+                    .map(|_, state| trusted(*state)),
                 hands: hands_closed.map(|closed| closed.map(vote)),
             };
             people.push((who, person));
@@ -192,6 +197,17 @@ impl Sensors {
             time: captured.plus_ns(offset_ns),
             people,
         })
+    }
+}
+
+/// A tracker's low confidence says that it guessed.
+fn trusted(state: JointState<Room>) -> JointState<Room> {
+    match state.provenance {
+        Provenance::Measured(sensors) if state.confidence.get() < TRUSTED => JointState {
+            provenance: Provenance::Predicted(sensors),
+            ..state
+        },
+        _ => state,
     }
 }
 

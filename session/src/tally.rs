@@ -76,3 +76,35 @@ impl Tally {
         info.duration_ns = i64::try_from(duration).unwrap_or(i64::MAX);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use posefuse_skeleton::{AgentTime, JointSet, Observation, SensorInfo, Timestamp};
+
+    use super::*;
+
+    #[test]
+    fn a_take_names_the_sensors_that_delivered() {
+        let mut tally = Tally::default();
+        for (number, name) in [(0, "right"), (1, "ghost"), (2, "left")] {
+            tally.count_input(&Input::Sensor(SensorInfo {
+                id: SensorId::new(number).unwrap(),
+                name: name.to_owned(),
+                model: String::new(),
+                joint_set: JointSet::KinectV2,
+            }));
+        }
+        for number in [0, 2] {
+            tally.count_input(&Input::Observation(Observation {
+                sensor: SensorId::new(number).unwrap(),
+                sequence: 0,
+                captured: AgentTime::from_ns(0),
+                received: Timestamp::ZERO,
+                bodies: Vec::new(),
+            }));
+        }
+        let mut info = TakeInfo::default();
+        tally.tell(0, &mut info);
+        assert_eq!(info.sensors, ["left", "right"]);
+    }
+}

@@ -16,15 +16,18 @@ pub struct LiveFrame {
     pub figures: Vec<Figure>,
     /// When the poses were captured: civil time, nanoseconds since 1970, UTC.
     pub unix_ns: i64,
+    /// The room's timecode of that instant; empty: the room has none.
+    pub timecode: String,
     /// When the fusion thread offered it: what a sink adds counts from here.
     pub(crate) offered: Instant,
 }
 
 impl LiveFrame {
-    /// As `posefuse.v1.RoomFrame`, without a timecode.
+    /// As `posefuse.v1.RoomFrame`.
     pub(crate) fn to_wire(&self) -> Vec<u8> {
         let mut wire = room_frame_to_wire(&self.frame);
         wire.unix_ns = self.unix_ns;
+        wire.timecode.clone_from(&self.timecode);
         wire.encode_to_vec()
     }
 }

@@ -72,9 +72,27 @@ impl Outlets {
     }
 }
 
+/// When a frame is for the world.
+#[derive(Clone, Debug, Default)]
+pub struct Civil {
+    /// Civil time minus the frame's clock, nanoseconds.
+    pub unix_offset_ns: i64,
+    /// The room's timecode; empty: it has none.
+    pub timecode: String,
+}
+
+impl From<i64> for Civil {
+    fn from(unix_offset_ns: i64) -> Self {
+        Self {
+            unix_offset_ns,
+            timecode: String::new(),
+        }
+    }
+}
+
 struct Offered {
     frame: RoomFrame,
-    unix_ns: i64,
+    civil: Civil,
     at: Instant,
 }
 
@@ -86,8 +104,8 @@ pub struct Tap {
 }
 
 impl Tap {
-    /// Hands a frame on if anybody wants it. `unix_offset_ns` is civil time minus the frame's clock.
-    pub fn offer(&self, frame: &RoomFrame, unix_offset_ns: impl FnOnce() -> i64) {
+    /// Hands a frame on if anybody wants it, with the civil time that `civil` gives it.
+    pub fn offer<C: Into<Civil>>(&self, frame: &RoomFrame, civil: impl FnOnce() -> C) {
         if !self.outlets.0.any.load(Ordering::Acquire) {
             return;
         }
@@ -102,7 +120,7 @@ impl Tap {
         };
         place.send(Offered {
             frame: frame.clone(),
-            unix_ns: frame.time.ns().saturating_add(unix_offset_ns()),
+            civil: civil().into(),
             at: Instant::now(),
         });
     }
@@ -134,13 +152,14 @@ pub(crate) fn hub(config: &Config, outlets: Outlets) -> (Tap, Hub) {
 impl Hub {
     /// Runs until the [`Tap`] is gone.
     pub async fn run(mut self) {
-        while let Some(Offered { frame, unix_ns, at }) = self.queue.recv().await {
+        while let Some(Offered { frame, civil, at }) = self.queue.recv().await {
             let figures = self.crowd.step(&frame);
             self.outlets.0.solved.fetch_add(1, Ordering::Relaxed);
             self.outlets.hand_out(&Arc::new(LiveFrame {
+                unix_ns: frame.time.ns().saturating_add(civil.unix_offset_ns),
+                timecode: civil.timecode,
                 frame,
                 figures,
-                unix_ns,
                 offered: at,
             }));
         }

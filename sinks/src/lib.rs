@@ -34,7 +34,7 @@ pub use crate::zenoh::{Mode as ZenohMode, Settings as ZenohSettings};
 pub use config::{Config, SettingsError};
 pub use foxglove::Settings as FoxgloveSettings;
 pub use frame::LiveFrame;
-pub use hub::{Hub, Tap};
+pub use hub::{Civil, Hub, Tap};
 pub use joints::Joints;
 pub use kind::Kind;
 pub use lsl::Settings as LslSettings;

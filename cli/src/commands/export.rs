@@ -71,6 +71,9 @@ pub(crate) struct ExportArgs {
     /// Where heads look: off, hands, near, far or auto [default: as --bodies says, else off]
     #[arg(long, value_name = "WHERE")]
     look: Option<Look>,
+    /// Leave joints that no sensor measured with trust out of tables, TRC and C3D; rigs need all
+    #[arg(long)]
+    only_measured: bool,
     /// Let every file go from the first person's first frame to the last one's last, so that several people line up
     #[arg(long)]
     whole: bool,
@@ -174,6 +177,7 @@ impl ExportArgs {
             axes: self.axes,
             unit: self.unit,
             names: self.names,
+            only_measured: self.only_measured,
             whole: self.whole,
             ..usual
         })
@@ -306,6 +310,9 @@ fn tell(report: &Report) -> anyhow::Result<()> {
             "{} is not seen in {} of {} frames: joints are missing there, rigs keep their pose",
             person.person, person.frames_without, person.frames
         ));
+    }
+    for number in &report.absent {
+        output::warn(&format!("nobody of number {number} is in what is exported"));
     }
     for person in &report.without_rig {
         output::warn(&format!(

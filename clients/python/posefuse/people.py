@@ -15,7 +15,7 @@ class RoomJoint:
     x: float
     y: float
     z: float
-    #: Root of the covariance's trace, metres.
+    #: Standard deviation, root mean square of the three axes, metres.
     sigma_m: float
     #: 0 to 1.
     confidence: float
@@ -79,7 +79,7 @@ def _person(track: types_pb2.Track) -> Person:
         if provenance not in ("missing", "unspecified"):
             xx, _, _, yy, _, zz = track.covariances[6 * index : 6 * index + 6]
             x, y, z = track.positions[3 * index : 3 * index + 3]
-            joints[name] = RoomJoint(x, y, z, (xx + yy + zz) ** 0.5, track.confidences[index], provenance)
+            joints[name] = RoomJoint(x, y, z, ((xx + yy + zz) / 3) ** 0.5, track.confidences[index], provenance)
     return Person(track.id, joints, track.sensors, (_closed(track, 0), _closed(track, 1)))
 
 

@@ -30,13 +30,13 @@ impl<'a> C3d<'a> {
     }
 
     fn point(&mut self, state: Option<&JointState<Room>>) -> io::Result<()> {
-        let unit = self.sheet.space.unit.per_metre();
         let (at, residual) = match state {
             None => ([0.0; 3], -1.0),
             Some(state) => {
                 let measured = matches!(state.provenance, Provenance::Measured(_));
-                // The residual is a byte of the fourth number, of which the other one names cameras: 1 to 127 are safe.
-                let residual = (state.sigma_m() * unit).round().clamp(1.0, 127.0);
+                // Millimetres, whatever the unit: `POINT:SCALE` says so. It is a byte of the fourth number, of which the
+                // other one names cameras: 1 to 127 are safe.
+                let residual = (state.sigma_m() * 1e3).round().clamp(1.0, 127.0);
                 let at = self.sheet.space.vector(state.position.vector());
                 (at.into(), if measured { residual } else { 0.0 })
             }
@@ -74,13 +74,18 @@ fn points(sheet: &Sheet) -> usize {
 }
 
 /// The first block: 256 words.
+/// Negative: coordinates are floats. Its size is what a residual of 1 is: a millimetre in the file's unit.
+fn scale(sheet: &Sheet) -> f32 {
+    (-1e-3 * sheet.space.unit.per_metre()) as f32
+}
+
 fn header(sheet: &Sheet, data_start: u16) -> Vec<u8> {
     let mut header = vec![0; BLOCK];
     let mut word = |number: usize, value: [u8; 2]| {
         header[2 * (number - 1)..2 * number].copy_from_slice(&value);
     };
     let frames = sheet.frames().min(MOST_FRAMES) as u16;
-    let scale = (-1f32).to_le_bytes();
+    let scale = scale(sheet).to_le_bytes();
     let rate = (sheet.plan.grid.rate_hz as f32).to_le_bytes();
     word(1, [2, 0x50]);
     word(2, (points(sheet) as u16).to_le_bytes());
@@ -212,7 +217,7 @@ fn parameters(sheet: &Sheet) -> Section {
     let frames = sheet.frames();
     section.group("POINT");
     section.parameter("USED", &Value::Int(&[points(sheet) as i16]));
-    section.parameter("SCALE", &Value::Float(&[-1.0]));
+    section.parameter("SCALE", &Value::Float(&[scale(sheet)]));
     section.parameter("RATE", &Value::Float(&[sheet.plan.grid.rate_hz as f32]));
     section.parameter("DATA_START", &Value::Int(&[0]));
     section.parameter(

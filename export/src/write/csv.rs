@@ -33,7 +33,7 @@ impl<'a> Csv<'a> {
                     for axis in ["x", "y", "z"] {
                         write!(out, ",{joint}_{axis}_{unit}")?;
                     }
-                    write!(out, ",{joint}_confidence")?;
+                    write!(out, ",{joint}_confidence,{joint}_provenance")?;
                 }
                 write!(out, ",hand_left,hand_right")?;
             }
@@ -73,9 +73,10 @@ impl<'a> Csv<'a> {
             match &figure.skeleton[joint] {
                 Some(state) => {
                     self.place(state)?;
-                    write!(self.out, ",{:.3}", state.confidence.get())?;
+                    let (trust, how) = (state.confidence.get(), provenance(state.provenance));
+                    write!(self.out, ",{trust:.3},{how}")?;
                 }
-                None => write!(self.out, ",,,,")?,
+                None => write!(self.out, ",,,,,")?,
             }
         }
         writeln!(self.out, ",{},{}", figure.hand(0), figure.hand(1))

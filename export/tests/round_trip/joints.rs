@@ -1,11 +1,11 @@
 //! Tables, TRC and C3D: the joints as they were in the take.
 
 use posefuse_export::{Axes, Format, Options, Preset, Source, Unit};
-use posefuse_skeleton::{JOINT_COUNT, Joint};
+use posefuse_skeleton::{JOINT_COUNT, Joint, JointState, Provenance};
 
 use crate::take::{
     Exported, FIRST, FRAMES, SECOND, SECOND_IS_LOST, SECOND_IS_THERE, START, UNIX_OFFSET_NS,
-    skeletons, time, walk,
+    skeletons, time, walk, walk_in_which,
 };
 
 #[test]
@@ -16,9 +16,9 @@ fn a_wide_table_has_every_joint_where_it_was_and_no_row_for_who_is_not_there() {
     let text = exported.text("walk.csv");
     let mut rows = text.lines();
     let head: Vec<&str> = rows.next().unwrap().split(',').collect();
-    assert_eq!(head.len(), 5 + 4 * JOINT_COUNT + 2);
-    assert_eq!(head[5 + 4 * JOINT_COUNT..], ["hand_left", "hand_right"]);
-    assert_eq!(head[5 + 4 * Joint::Head as usize], "Head_x_m");
+    assert_eq!(head.len(), 5 + 5 * JOINT_COUNT + 2);
+    assert_eq!(head[5 + 5 * JOINT_COUNT..], ["hand_left", "hand_right"]);
+    assert_eq!(head[5 + 5 * Joint::Head as usize], "Head_x_m");
     let sent = [skeletons(&take, FIRST), skeletons(&take, SECOND)];
     let mut counts = [0; 2];
     for row in rows {
@@ -34,7 +34,7 @@ fn a_wide_table_has_every_joint_where_it_was_and_no_row_for_who_is_not_there() {
         );
         let skeleton = sent[person][frame].as_ref().unwrap();
         for (joint, state) in skeleton.iter() {
-            let cell = |axis: usize| cells[5 + 4 * joint as usize + axis].parse::<f64>().unwrap();
+            let cell = |axis: usize| cells[5 + 5 * joint as usize + axis].parse::<f64>().unwrap();
             for axis in 0..3 {
                 assert!(
                     (cell(axis) - state.position.vector()[axis]).abs() < 1e-6,
@@ -48,6 +48,39 @@ fn a_wide_table_has_every_joint_where_it_was_and_no_row_for_who_is_not_there() {
     let second = &exported.report.people[1];
     assert_eq!(second.frames_without, SECOND_IS_LOST.len() as u64);
     assert_eq!((second.from_s, second.to_s), (2.0, 8.0));
+}
+
+#[test]
+fn made_up_joints_say_so_and_are_left_out_where_only_measured_ones_are_wanted() {
+    // The left hand is made up throughout.
+    let take = walk_in_which(|_, _, skeleton| {
+        skeleton.map(|joint, state| JointState {
+            provenance: match joint {
+                Joint::HandLeft => Provenance::Repaired,
+                _ => state.provenance,
+            },
+            ..*state
+        })
+    });
+    let how = 5 + 5 * Joint::HandLeft as usize + 4;
+    for (only_measured, expected) in [(false, "repaired"), (true, "")] {
+        let options = Options {
+            only_measured,
+            people: vec![FIRST, 77],
+            ..Options::of_format(Format::Csv)
+        };
+        let exported = Exported::of(&take, &options);
+        assert_eq!(exported.report.absent, [77]);
+        let text = exported.text("walk.csv");
+        assert!(text.lines().next().unwrap().split(',').nth(how) == Some("HandLeft_provenance"));
+        assert_eq!(text.lines().count(), 1 + FRAMES);
+        for row in text.lines().skip(1) {
+            let cells: Vec<&str> = row.split(',').collect();
+            assert_eq!(cells[how], expected);
+            assert_eq!(cells[how - 4].is_empty(), only_measured);
+            assert_eq!(cells[5 + 4], "measured");
+        }
+    }
 }
 
 #[test]
@@ -180,7 +213,7 @@ fn another_rate_and_span_gives_the_motion_between_the_frames() {
             .collect();
         let truth = &world.truth(cells[1])[0].joints;
         for (joint, position) in truth.iter() {
-            let (cell, at) = (5 + 4 * joint as usize, position.vector() * 1000.0);
+            let (cell, at) = (5 + 5 * joint as usize, position.vector() * 1000.0);
             for (cell, at) in cells[cell..cell + 3].iter().zip([at.y, at.z, at.x]) {
                 worst = worst.max((cell - at).abs());
                 sum += (cell - at).powi(2);

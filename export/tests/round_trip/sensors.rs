@@ -94,7 +94,7 @@ fn rows(take: &TakeReader) -> (Exported, Vec<(f64, f64)>) {
         let mut worst = 0f64;
         for (joint, position) in person.unwrap().joints.iter() {
             for axis in 0..3 {
-                let cell: f64 = cells[5 + 4 * joint as usize + axis].parse().unwrap();
+                let cell: f64 = cells[5 + 5 * joint as usize + axis].parse().unwrap();
                 worst = worst.max((cell - position.vector()[axis]).abs());
             }
         }

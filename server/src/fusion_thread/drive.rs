@@ -209,9 +209,11 @@ impl Driver {
                 Output::Frame(frame) => {
                     frames += 1;
                     let now = self.clock.now();
-                    let unix_offset_ns = || self.clock.unix_offset_ns();
+                    // Asked once: one frame has one civil time, wherever it goes.
+                    let unix_offset_ns = self.clock.unix_offset_ns();
                     self.subscribers.frame(&frame, now, unix_offset_ns);
-                    self.live.offer(&frame, unix_offset_ns);
+                    let civil = || self.subscribers.civil(&frame, unix_offset_ns);
+                    self.live.offer(&frame, civil);
                     self.meters.frame(&frame, now);
                     self.record(|| Record::Frame(frame));
                 }

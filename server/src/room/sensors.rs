@@ -197,7 +197,8 @@ fn why_unused(unused: Unused, room_is_calibrated: bool) -> String {
              use an agent of this release"
         ),
         RejectionReason::ClockStep => format!(
-            "{percent} % of its frames are held back: its agent's clock has jumped; if it goes on, start its agent again"
+            "{percent} % of its frames are held back: its agent's clock has jumped; if it goes on, its capture times are of another \
+             clock than its agent answers with (in Python that is `time.monotonic_ns()`), or start its agent again"
         ),
         RejectionReason::Uncalibrated if !room_is_calibrated => String::new(),
         RejectionReason::Uncalibrated => {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use posefuse_fusion::Input;
 use posefuse_proto::{observation_to_wire, room_frame_to_wire};
+use posefuse_sinks::Civil;
 use posefuse_skeleton::{Observation, RoomFrame, SensorId, Timestamp};
 use prost::Message;
 use serde::{Deserialize, Serialize};
@@ -113,18 +114,22 @@ impl Subscribers {
         });
     }
 
+    /// When a frame is for the world.
+    pub(crate) fn civil(&self, frame: &RoomFrame, unix_offset_ns: i64) -> Civil {
+        let unix_ns = frame.time.ns().saturating_add(unix_offset_ns);
+        Civil {
+            unix_offset_ns,
+            timecode: self.timecode.at(unix_ns).at(unix_ns).to_string(),
+        }
+    }
+
     /// Hands a fused frame to every subscriber; encodes it at most once. `unix_offset_ns` is civil time minus the frame's
     /// clock.
-    pub(crate) fn frame(
-        &mut self,
-        frame: &RoomFrame,
-        now: Timestamp,
-        unix_offset_ns: impl FnOnce() -> i64,
-    ) {
+    pub(crate) fn frame(&mut self, frame: &RoomFrame, now: Timestamp, unix_offset_ns: i64) {
         if self.frames.is_empty() {
             return;
         }
-        let unix_ns = frame.time.ns().saturating_add(unix_offset_ns());
+        let unix_ns = frame.time.ns().saturating_add(unix_offset_ns);
         let mut wire = room_frame_to_wire(frame);
         stamp(&mut wire, unix_ns, Some(self.timecode.at(unix_ns)));
         let bytes: Bytes = wire.encode_to_vec().into();

@@ -105,7 +105,7 @@ impl Sink for LslSink {
             );
         }
         match self.settings.enabled && !allow_remote {
-            true => wrong("enabled", REMOTE.to_owned()),
+            true => wrong("enabled", format!("`false`, or leave: {REMOTE}")),
             false => Ok(()),
         }
     }
