@@ -14,7 +14,7 @@ pub struct SensorId(u8);
 
 /// The number is beyond what one room may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("a room has at most {max} sensors, sensor number {0} was asked for; run a second server", max = SensorId::MAX_SENSORS)]
+#[error("a room has at most {max} sensors, sensor number {0} was asked for; names of sensors that are gone count until the server is started anew", max = SensorId::MAX_SENSORS)]
 pub struct SensorIdError(pub usize);
 
 impl SensorId {

@@ -254,7 +254,9 @@ def test_every_example_delivers_all_of_its_file(example_room, examples):
 
 @pytest.mark.parametrize("script, arguments, words", [
     ("csv_skeletons.py", ["--time", "t", "--axes", "x,y"], "expected x, y and z"),
-    ("csv_skeletons.py", ["--time", "when"], "no column 'when'"),
+    ("csv_skeletons.py", ["--time", "when"], "no column"),
+    ("csv_skeletons.py", ["--time", "a"], "no column like 'SpineBase_x'; it has a, b"),
+    ("csv_skeletons.py", ["--time", "a", "--joint", "b"], "no joint was understood"),
     ("kinect_v2_text.py", [], "line 1 is none of time,id,joint"),
     ("mediapipe_pose.py", [], "--fov"),
 ])

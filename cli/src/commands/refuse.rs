@@ -218,6 +218,11 @@ fn tell(report: &RefuseReport, located: &Located, args: &RefuseArgs) -> anyhow::
             first.after + 1
         ))?,
     }
+    if args.changes() && !report.from_snapshot {
+        output::note(
+            "other settings begin without what was known before the take: people may have other numbers than in it",
+        );
+    }
     if !args.changes() && !report.identical {
         output::warn(if report.from_snapshot {
             "with the same settings and build every frame should be the same; please report this take"

@@ -30,7 +30,11 @@ def lines_of(path: str) -> Iterator[TextIO]:
     if path == "-":
         yield sys.stdin
     else:
-        with open(path, encoding="utf-8-sig") as file:
+        try:
+            file = open(path, encoding="utf-8-sig")
+        except OSError as error:
+            sys.exit(f"{path}: {error.strerror}")
+        with file:
             yield file
 
 

@@ -51,13 +51,17 @@ class Reader:
         self.theirs = {ours: theirs for theirs, _, ours in (pair.partition("=") for pair in args.rename)}
         if unknown := [name for name in self.theirs if name not in self.names]:
             raise ValueError(f"--rename: {args.joint_set} has no joint {unknown[0]!r}; it has {', '.join(self.names)}")
+        self.understood = False
         self.ours = {plain(self.theirs.get(name, name)): name for name in self.names}
 
     def frames(self, lines: Iterable[str]) -> Iterator[common.Frame]:
         """Frames of rows with equal times; rows must be in the order of time."""
         now, bodies = None, {}
         rows = csv.DictReader(lines, delimiter=self.args.delimiter)
+        self.rows = rows
         for row in rows:
+            if not self.args.joint and rows.line_num == 2:
+                self.check_columns(rows.fieldnames)
             row = {plain(key): value for key, value in row.items() if key is not None and value is not None}
             at = self.number(row, self.args.time) * TIME[self.args.time_unit]
             if at != now:
@@ -66,8 +70,19 @@ class Reader:
                 now, bodies = at, {}
             person = int(self.number(row, self.args.id)) if self.args.id else 1
             self.put(row, bodies.setdefault(person, Body(person, {})))
-        if now is not None:
-            yield now, list(bodies.values())
+        if now is None:
+            raise ValueError("the file has no rows below its header")
+        yield now, list(bodies.values())
+        if not self.understood:
+            raise ValueError(f"no joint was understood: no row of column {self.args.joint!r} names a joint of {self.args.joint_set}, "
+                             f"e.g. {self.names[0]}, or no column is called as --columns {self.args.columns!r} says")
+
+    def check_columns(self, header: list[str]) -> None:
+        """At least one joint has to be there."""
+        there = {plain(column) for column in header}
+        wanted = [self.args.columns.format(joint=self.theirs.get(name, name), axis="x") for name in self.names]
+        if not any(plain(column) in there for column in wanted):
+            raise ValueError(f"the file has no column like {wanted[0]!r}; it has {', '.join(header[:12])}; --columns says how they are called")
 
     def put(self, row: dict, body: Body) -> None:
         """Puts the joints of a row into its body."""
@@ -86,7 +101,8 @@ class Reader:
         cells = [row.get(plain(self.args.columns.format(joint=theirs, axis=axis))) for axis in "xyz"]
         if any(cell is None for cell in cells):
             return None
-        values = [float(cell) if cell.strip() else math.nan for cell in cells]
+        self.understood = True
+        values = [self.value(cell, name) for cell in cells]
         if any(math.isnan(value) or value == self.args.missing for value in values):
             return None
         x, y, z = (sign * values[column] * LENGTH[self.args.unit] for column, sign in self.axes)
@@ -94,18 +110,24 @@ class Reader:
             return Joint(x, y, z)
         return Joint(x, y, z, min(max(self.number(row, self.args.confidence.format(joint=theirs)), 0.0), 1.0))
 
+    def value(self, cell: str, name: str) -> float:
+        try:
+            return float(cell) if cell.strip() else math.nan
+        except ValueError:
+            raise ValueError(f"line {self.rows.line_num}, joint {name}: expected a number, found {cell!r}") from None
+
     def cell(self, row: dict, column: str) -> str:
         try:
             return row[plain(column)]
         except KeyError:
-            raise ValueError(f"the file has no column {column!r}; it has {', '.join(row)}") from None
+            raise ValueError(f"the file has no column {column!r}; it has {', '.join(self.rows.fieldnames)}") from None
 
     def number(self, row: dict, column: str) -> float:
         cell = self.cell(row, column)
         try:
             return float(cell)
         except ValueError:
-            raise ValueError(f"column {column!r}: expected a number, found {cell!r}") from None
+            raise ValueError(f"line {self.rows.line_num}, column {column!r}: expected a number, found {cell!r}") from None
 
 
 def main() -> None:
