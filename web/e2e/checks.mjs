@@ -149,6 +149,14 @@ async function record(page, report, take) {
 }
 
 async function replay(page, report, take) {
+  await report.step("the take says how it becomes files", async () => {
+    const row = page.locator(`[data-testid="take-row"][data-take="${take}"]`);
+    await row.getByTestId("export-button").click();
+    await row.locator("select").selectOption("unity");
+    const line = (await row.getByTestId("export-command").textContent()) ?? "";
+    if (!line.startsWith(`posefuse export ${take} --preset unity`)) throw new Error(`the command is ${JSON.stringify(line)}`);
+    await row.getByText("Close").click();
+  });
   await report.step("the take is replayed, with a banner that says so", async () => {
     await page.locator(`[data-testid="take-row"][data-take="${take}"]`).getByTestId("replay-button").click();
     const banner = (await page.getByTestId("replay-banner").textContent()) ?? "";

@@ -16,6 +16,7 @@ const NAMES: Record<string, string> = {
   watch: "Fused frames",
   "watch-sensors": "Raw skeletons",
   recorder: "Recorder",
+  bodies: "Bodies for outputs",
 };
 
 /** Whom an output is for, in a few words. */

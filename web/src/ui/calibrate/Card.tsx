@@ -1,5 +1,6 @@
 // The calibration in force, and the ways to a new one and to the old ones.
 
+import { SensorState } from "../../gen/posefuse/v1/room_pb";
 import { ago, madeFrom, plural } from "../../model/format";
 import { storedVerdict } from "../../model/verdict";
 import { openCalibrations } from "../../state/calibrations";
@@ -10,7 +11,8 @@ import { openCalibrate } from "../keys";
 export function CalibrationCard() {
   const now = useNow(10_000);
   const calibration = status.value?.calibration;
-  const missing = sensors.value.filter((s) => !s.calibrated).length;
+  // Whoever is gone again may have been a test.
+  const missing = sensors.value.filter((s) => !s.calibrated && s.state !== SensorState.DISCONNECTED).length;
   const verdict = calibration?.verdict ? storedVerdict(calibration.verdict) : null;
   const history = () => {
     openCalibrations();
