@@ -133,7 +133,8 @@ def assert_stands_and_walks(tracks):
         of = {joint: np.array([each[joint] for each in whole]) for joint in whole[0]}
         feet = np.minimum(of["AnkleLeft"][:, 2], of["AnkleRight"][:, 2])
         trunk = of["Neck"] - of["SpineBase"]
-        assert 1.1 < np.median(of["Neck"][:, 2] - feet) < 1.7, "height"
+        # Of when they stand: whoever is watched for longer sees them sit and crouch, too.
+        assert 1.1 < np.quantile(of["Neck"][:, 2] - feet, 0.9) < 1.7, "height"
         assert np.median(trunk[:, 2] / np.linalg.norm(trunk, axis=1)) > 0.9, "upright"
         across = of["ShoulderLeft"] - of["ShoulderRight"]
         ahead = np.stack([across[:, 1], -across[:, 0]], axis=1)
