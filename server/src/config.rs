@@ -175,4 +175,28 @@ mod tests {
             assert!(error.contains(key) && error.contains(range), "{error}");
         }
     }
+
+    #[test]
+    fn rates_and_addresses_are_taken_as_people_write_them() {
+        for (rate, name) in [("25", "25"), ("\"29.97df\"", "29.97df"), ("60.0", "60")] {
+            let config = Config::from_toml(&format!("[timecode]\nrate = {rate}")).unwrap();
+            assert_eq!(config.timecode.rate.name(), name);
+        }
+        let error = Config::from_toml("[timecode]\nrate = 23.976").unwrap_err();
+        assert!(error.to_string().contains("29.97df"), "{error}");
+
+        let config = Config::from_toml("[sinks.vmc]\ntarget = \"localhost:39540\"").unwrap();
+        assert_eq!(config.sinks.vmc.target.to_string(), "127.0.0.1:39540");
+        for (target, wanted) in [
+            ("studio:39540", "an address and a port"),
+            (
+                "192.168.1.20:39539",
+                "expected an address of this machine, found 192",
+            ),
+        ] {
+            let text = format!("[sinks.vmc]\ntarget = \"{target}\"");
+            let error = Config::from_toml(&text).unwrap_err().to_string();
+            assert!(error.contains(wanted), "{error}");
+        }
+    }
 }
